@@ -185,8 +185,11 @@ def test_command_writes_page_data_and_figures(tmp_path, command):
     out = tmp_path / "analysis"
     given = ["analyse", "examples/two_discs.yaml", "--out", str(out), "--operating", "4000", "6000", "--rpm", "--json"]
     found = json.loads(command(*given).out)
-    assert found["criticals"][0]["speed (rpm)"] == pytest.approx(3055.7, rel=1e-3)
-    assert {"separation margin", "required (API 617)"} <= set(found["resonances"][0])
+    assert found["criticals"][0]["speed_rad_per_s"] == pytest.approx(3055.7 * np.pi / 30, rel=1e-3)
+    assert {"separation_margin_share", "margin_required_by_API_617_share"} <= set(found["resonances"][0])
+    other = json.loads(command(*given, "--units", "mil", "Hz").out)  # which numbers for a program do not follow
+    assert other.pop("summary") != found.pop("summary") and other == found
+    assert "peak (Hz)" in (out / "index.html").read_text(encoding="utf-8")
     assert (out / "rotor.nc").is_file()
     assert {path.name for path in (out / "figures").glob("*.png")} == {
         "rotor.png", "campbell.png", "mode_shapes.png", "bode.png", "polar.png", "stability.png"
@@ -214,7 +217,8 @@ def test_an_undamped_resonance_has_no_bound():
     assert shown == [(pytest.approx(NATURAL), np.inf, np.inf)] * 2
     assert "No damping acts" in summary(found)[-1]
     rows = resonances(found._replace(operating=(100, 200)))
-    assert [(row["amplification factor (1)"], row["required (API 617)"]) for row in rows] == [(None, "26 %")] * 2
+    needed = [(row["amplification_factor"], row["margin_required_by_API_617_share"]) for row in rows]
+    assert needed == [(None, 0.26)] * 2
     damped = {"kind": "external_damping", "external_damping_N_s_per_m": 10.0}
     bounded = analyse_rotor(build_model(jeffcott(UNBALANCE, damped)), 100.0, 696.0)
     assert not any("No damping" in line for line in summary(bounded))

@@ -9,7 +9,7 @@ from test_random_rotor import in_frequency, rewritten
 
 from rotorstudy import build_model
 from rotorstudy.presentation.rotor_page import summary
-from rotorstudy.response.whirl import Modes, time_invariant
+from rotorstudy.response.whirl import Modes, damped_modes, time_invariant
 from rotorstudy.studies.rotor_analysis import analyse_rotor
 from rotorstudy.studies.stability_margin import first_forward, stability_margin
 
@@ -43,6 +43,20 @@ def test_a_rotor_without_damping_has_no_margin(elements):
     text = said(rig(0.0), (400.0, 500.0))
     assert "logarithmic decrement 0;" in text and "to oppose cross-coupling: the margin is zero" in text
     assert stability_margin(build_model(rig(1e-3)), 400.0).cross_coupling > 0
+
+
+def test_the_margin_is_that_of_the_first_forward_mode_where_another_one_lacks_damping():
+    """The second mode of a shaft has a node at midspan, where the only damper is: hardly any swirl makes it grow."""
+    discs = [disc(node, 3.0, 4e-3, 2e-3) for node in (2, 4)]
+    damper = {"kind": "external_damping", "node": 3, "external_damping_N_s_per_m": 50.0}
+    rig = rig_of(shaft(1.0, 4, *discs, outer_diameter_m=0.03, pinned_nodes=[1, 5]), [], damper)
+    found = stability_margin(build_model(rig), 200.0)
+    swirl = {"kind": "cross_coupling", "node": found.node, "cross_coupling_N_per_m": found.cross_coupling}
+    swirled = build_model(rig | {"effects": [damper, swirl]})
+    modes = Modes(*(part[0] for part in damped_modes(swirled, [200.0], 8)))
+    first, growing = first_forward(modes, 200.0), modes.eigenvalue.real > 1e-6 * modes.frequency
+    assert abs(modes.eigenvalue[first].real) < 1e-6 * modes.frequency[first] and 0.05 < found.log_decrement < 0.2
+    assert modes.frequency[growing].min() > 2 * modes.frequency[first]  # negative control: the second has long grown
 
 
 def test_a_part_that_is_stated_in_frequency_only_acts_at_the_frequency_of_the_mode():

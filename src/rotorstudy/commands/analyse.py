@@ -20,7 +20,7 @@ def add(parser):
 def run(given):
     """Write page, data and figures into a folder."""
     from rotorstudy.presentation.rotor_files import analyse_files
-    from rotorstudy.presentation.rotor_page import criticals, loads, resonances, summary
+    from rotorstudy.presentation.rotor_page import analysis_data, summary
 
     check_folder(given.out, given.rig, *given.records)
     speeds = _range(given.speeds, given.rpm, "--speeds") or (None, None)
@@ -28,8 +28,7 @@ def run(given):
     analysis = analyse_files(given.rig, given.out, speeds, operating, given.records)
     said = summary(analysis)
     print("\n".join([*said, f"wrote {given.out}/index.html"]))
-    found = {"summary": said, "criticals": criticals(analysis), "loads": loads(analysis)}
-    return found | {"resonances": resonances(analysis), "damping": analysis.damping}
+    return {"summary": said, **analysis_data(analysis)}
 
 
 def _range(given, rpm, option):

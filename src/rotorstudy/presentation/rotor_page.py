@@ -6,6 +6,7 @@ from functools import partial
 import numpy as np
 import pandas as pd
 
+from rotorstudy.diagnosis.verdict.cause_words import readable
 from rotorstudy.presentation.pages import cells, pictures, render
 from rotorstudy.presentation.rotor_figures import whirl_name
 from rotorstudy.response.whirl import RESONANT, required_margin, separation_margin
@@ -25,9 +26,8 @@ _speed = partial(quantity, unit="rad/s", digits=5)
 
 def rotor_page(analysis, figures, charts, title, captions):
     """The page as HTML, of figures name -> PNG (path or bytes), and charts of `rotor_charts`."""
-    changes, heading = list(analysis.damping.items())[:MOST_EFFECTS], "part of the growth rate (1/s)"
-    found = {"criticals": criticals(analysis), "peaks": resonances(analysis), "loads": loads(analysis)}
-    found["damping"] = [{"effect": name, heading: value} for name, value in changes]
+    found = analysis_data(analysis)
+    found["growth_rate"] = found["growth_rate"][:MOST_EFFECTS]
     return render(
         "rotor.html",
         title=f"Rotordynamic analysis of {title}",
@@ -35,8 +35,28 @@ def rotor_page(analysis, figures, charts, title, captions):
         operating=analysis.operating and " to ".join(map(_speed, analysis.operating)),
         figures=pictures(figures, captions),
         charts=charts,
-        tables={name: cells(pd.DataFrame(rows), 4) if rows else None for name, rows in found.items()},
+        tables={name: cells(pd.DataFrame(map(_shown, rows)), 4) if rows else None for name, rows in found.items()},
     )
+
+
+def analysis_data(analysis):
+    """Tables of a RotorAnalysis, each a list of dicts in SI, as for JSON."""
+    damping = [{"effect": name, "part_of_the_growth_rate_1_per_s": value} for name, value in analysis.damping.items()]
+    found = {"criticals": criticals(analysis), "loads": loads(analysis), "resonances": resonances(analysis)}
+    return found | {"growth_rate": damping}
+
+
+def _shown(row):
+    """A row of a table with the headings and in the units of a reader."""
+    units = {"_rad_per_s": shown_speed(), "_m": shown_amplitude(), "_N": ("N", 1.0), "_Hz": ("Hz", 1.0)}
+    units |= {"_1_per_s": ("1/s", 1.0), "_share": ("%", 100.0), "": ("", 1.0)}
+    found = {}
+    for key, value in row.items():
+        ending = next(ending for ending in units if key.endswith(ending))
+        unit, factor = units[ending]
+        heading = f"{readable(key.removesuffix(ending))} ({unit or 1})"
+        found[heading] = factor * value if isinstance(value, float) else value
+    return found
 
 
 def summary(analysis):
@@ -100,30 +120,24 @@ def _none(analysis):
 
 def criticals(analysis):
     """A row for each critical speed that shows as a resonance."""
-    unit, per = shown_speed()
     rows = []
     for one in analysis.resonant:
-        row = {f"speed ({unit})": one.speed * per, "frequency (Hz)": one.speed / (2 * np.pi)}
-        row |= {"damping ratio (1)": one.damping_ratio, "logarithmic decrement (1)": log_decrement(one.damping_ratio)}
-        rows.append({**row, "whirl": whirl_name(one.direction)})
+        row = {"speed_rad_per_s": one.speed, "frequency_Hz": one.speed / (2 * np.pi)}
+        row |= {"damping_ratio": one.damping_ratio, "logarithmic_decrement": float(log_decrement(one.damping_ratio))}
+        rows.append(row | {"whirl": whirl_name(one.direction)})
     return rows
 
 
 def resonances(analysis):
     """A row for each resonance of a probe, with separation margins if the operating range is stated."""
-    rows, (unit, factor), (speed_unit, per) = [], shown_amplitude(), shown_speed()
+    rows = []
     for node, probe, peak in analysis.peaks:
-        row = {
-            "probe": f"{probe} at node {node}",
-            f"peak ({speed_unit})": peak.speed * per,
-            f"1X ({unit})": factor * peak.amplitude if np.isfinite(peak.amplitude) else None,
-            "amplification factor (1)": peak.amplification if np.isfinite(peak.amplification) else None,
-        }
+        row = {"probe": f"{probe} at node {node}", "peak_rad_per_s": peak.speed}
+        row |= {"1X_m": peak.amplitude, "amplification_factor": peak.amplification}
         if operating := analysis.operating:
-            row["separation margin"] = percent(separation_margin(peak.speed, operating))
-            needed = required_margin(peak, operating)
-            row["required (API 617)"] = "not known" if np.isnan(needed) else percent(needed)
-        rows.append(row)
+            row["separation_margin_share"] = separation_margin(peak.speed, operating)
+            row["margin_required_by_API_617_share"] = required_margin(peak, operating)
+        rows.append({key: one if isinstance(one, str) or np.isfinite(one) else None for key, one in row.items()})
     return rows
 
 
@@ -133,10 +147,10 @@ def loads(analysis):
     for one in analysis.loads:
         name, across = f"node {one.node}" + (f" ({one.label})" if one.label else ""), one.force.imag
         across = across if abs(across) > ROUND_OFF * analysis.weight else 0.0
-        rows.append({"bearing": name, "downward (N)": one.force.real, "across (N)": across})
+        rows.append({"bearing": name, "downward_N": one.force.real, "across_N": across})
     rest = analysis.weight - sum(one.force.real for one in analysis.loads)
     if abs(rest) > RIGID * analysis.weight:
-        rows.append({"bearing": "rigid supports", "downward (N)": rest, "across (N)": 0.0})
+        rows.append({"bearing": "rigid supports", "downward_N": rest, "across_N": 0.0})
     return rows
 
 
@@ -160,12 +174,11 @@ def check_words(check):
         count = len(structure.nodes)
         lines.append(f"rotor: {length}{mass:.4g} kg, {count} {'node that moves' if count == 1 else 'nodes that move'}")
     if analysis:
-        shares = [f"{row['bearing']} {row['downward (N)']:.4g} N" for row in loads(analysis)]
+        shares = [f"{row['bearing']} {row['downward_N']:.4g} N" for row in loads(analysis)]
         lines.append(f"static loads: {', '.join(shares) or 'none'}; weight {analysis.weight:.4g} N")
         lines += [
-            f"critical speed: {number(row[f'speed ({unit})'], 5)} {unit}, {row['whirl']}, "
-            f"damping ratio {row['damping ratio (1)']:.3g}"
-            for row in criticals(analysis)
+            f"critical speed: {_speed(one.speed)}, {whirl_name(one.direction)}, damping ratio {one.damping_ratio:.3g}"
+            for one in analysis.resonant
         ]
         lines += summary(analysis)[0 if not analysis.resonant else 1 :]
     if check.valid and check.valid != (TRIED[0], TRIED[-1]):

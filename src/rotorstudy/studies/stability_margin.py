@@ -15,7 +15,10 @@ LINE = 1e-6  # largest direction, by round-off, of a motion along a line, which 
 OSCILLATING = 0.9  # damping ratio of a mode that still whirls: its logarithmic decrement is 13
 ROUNDS, SETTLED = 20, 1e-6  # of the frequency at which a measured foundation is taken; relative change of the last one
 ROUND_OFF = 1e-9  # of an eigenvalue: real part of an undamped mode due to round-off, 5e-11 with up to 96 elements
-LARGEST = 10.0  # times the local stiffness: cross-coupling up to which the margin is looked for
+LARGEST, HALVINGS = (
+    10.0,
+    12,
+)  # times the local stiffness: up to which the margin is looked for, and its steps
 
 
 class StabilityMargin(NamedTuple):
@@ -43,15 +46,16 @@ def stability_margin(model: Model, speed: float) -> StabilityMargin | None:
 
     def growth(size):
         term = Term("swirl", (swirl,), {"swirl": size}, label="stability margin")
-        least_stable = whirl_mode(model.plus(term), speed, lambda modes, _: np.nanargmax(modes.eigenvalue.real))
-        return least_stable.real - ROUND_OFF * abs(least_stable)
+        swirled = whirl_mode(model.plus(term), speed, first_forward)  # others that lack damping do not answer for it
+        return swirled.real - ROUND_OFF * abs(swirled)
 
-    largest, found, ratio = LARGEST * structure.scales.stiffness(node), None, -mode.real / abs(mode)
+    sizes = LARGEST * structure.scales.stiffness(node) * 2.0 ** np.arange(-HALVINGS, 1)  # so that it is the same mode
+    found, ratio = None, -mode.real / abs(mode)
     decrement = float(log_decrement(ratio)) if abs(ratio) > ROUND_OFF else 0.0
     if not decrement or growth(0.0) > 0:
         found = 0.0
-    elif growth(largest) > 0:
-        found = float(brentq(growth, 0.0, largest, rtol=1e-6))
+    elif above := next((size for size in sizes if growth(size) > 0), None):
+        found = float(brentq(growth, above / 2 if above > sizes[0] else 0.0, above, rtol=1e-6))
     on_films = any(e.gain for u in time_invariant(model).rotor_unknowns if u.carries for e in u.entries)
     return StabilityMargin(speed, mode.imag, decrement, node, found, on_films)
 
