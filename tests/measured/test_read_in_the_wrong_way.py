@@ -101,6 +101,28 @@ def test_a_dropout_of_zeros_is_missing_whatever_the_signs_at_its_ends(first, pie
     assert np.flatnonzero(spikes(signal, pieces)).tolist() == list(range(first, first + 900))
 
 
+@pytest.mark.parametrize("value", [0.0, None])
+@pytest.mark.parametrize(("every", "samples"), [(1, 250), (1, 4000), (5, 50), (25, 11)])
+def test_a_value_that_is_held_is_missing_also_from_one_zero_crossing_to_the_next(every, samples, value):
+    """From half a revolution of 500, 100 or 20 samples on; at the begin zero or the last value."""
+    angle = np.arange(50000)[::every] / 500 * 2 * np.pi
+    signal = np.cos(angle) + np.random.default_rng(1).normal(size=len(angle)) / 3000
+    first = 18125 // every + (0 if value == 0 else 20 // every)
+    signal[first : first + samples] = signal[first] if value is None else value
+    assert np.flatnonzero(spikes(signal, 5)).tolist() == list(range(first, first + samples))
+
+
+@pytest.mark.parametrize("digit", [0.005, 0.1, 0.3, 0.7, 1.5])
+def test_values_that_rounding_clipping_or_rest_repeat_are_not_held(digit):
+    """Up to three levels in all; a run-up from standstill, of which the first revolutions are below a digit."""
+    angle = np.arange(50000) / 500 * 2 * np.pi
+    grown = np.linspace(0, 1, 50000) * np.cos(angle**2 / 600)
+    signals = [np.cos(angle) + 0.2 * np.cos(2 * angle + 1), np.random.default_rng(1).normal(size=1_000_000), grown]
+    for signal in (*signals, np.r_[np.full(9000, 0.001), grown], np.r_[grown, np.full(9000, grown[-1])]):
+        assert not spikes(np.round(signal / digit) * digit + 1, 50).any()
+    assert not spikes(np.clip(signals[0], -digit, digit), 50).any()
+
+
 def test_import_refuses_a_record_given_twice(tmp_path, command):
     rig, path = write_rig(tmp_path / "rig.yaml"), write("csv", tmp_path, records(speeds=[SPEED], time=TIME[:4000])[0])
     said = command("import", path, path, "--rig", rig, "--out", tmp_path / "spectrum.nc", status=1).err

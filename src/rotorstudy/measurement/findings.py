@@ -33,8 +33,8 @@ warning: unusual speed: up to {fastest}, {times:.3g} times the lowest natural fr
 warning: speed drift: the speed changes by {drift:+.2g} % over the record (up to {steady:g} % is steady); the
     harmonics are averages over these speeds. Take a shorter record, or cut it into pieces
 warning: gaps: {part:.2g} % of the samples are missing (up to {most:g} % are tolerated); repair the record
-warning: spikes: {count} samples, the first {value} at sample {first}, lie far outside the range of the others, or are 0
-    between larger ones, and are taken as missing: a mark of the recorder for missing samples, or dropouts
+warning: spikes: {count} samples, the first {value} at sample {first}, lie far outside the range of the others, are 0
+    between larger ones, or repeat one value, and are taken as missing: a mark of the recorder for them, or dropouts
 warning: time steps: time jumps by {steps:.3g} samples; the shaft angle is not affected. Check the recorder
 error: dead probe (gaps): {missing:.3g} % of the samples are missing: the probe is dead or not connected
 error: dead probe (constant): constant at {value}: the probe is dead or not connected; leave it out or repair it

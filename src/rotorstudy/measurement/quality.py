@@ -19,6 +19,9 @@ OPPOSITE = 0.4  # height of the other pulses; undershoot of a filter, or another
 GAP = (0.0, 0.05)  # fraction of missing samples: warning, error
 BESIDE_ZERO = 0.1  # of the range of 90 % of the samples, and SPIKE steps: larger than that, beside 0 as a missing one
 SPIKE = 5.0  # times half the range of 90 % of the samples; white noise stays within it but for one in 1e15
+HELD = 4  # times more samples of one value than 99 % of all values have follow each other: more than by rounding
+HELD_BESIDE, FEWEST_BESIDE = 20, 20  # lengths on either side with which a held value is compared; stretches there
+RESTING = 0.1  # share of these that may move by less than BESIDE_ZERO of the range
 EMPTY = 0.5  # fraction of missing samples above which a probe is not connected
 LOUD = 15.0  # power of a harmonic over its expectation in pure noise; p-value 3e-7
 FLAT_SAMPLES, FLAT_STEPS = 6, 2  # samples at the top; levels with which they are compared
@@ -91,7 +94,7 @@ def spikes(readings, pieces):
             steps = np.abs(np.diff(readings[part]))
             usual = np.median(steps[steps > 0]) if steps.any() else 0.0
             large[part] = np.abs(readings[part]) > max(BESIDE_ZERO * (high - low), SPIKE * usual)
-    return found | _zeros(readings, large)
+    return found | _zeros(readings, large) | _held(readings)
 
 
 def _zeros(readings, large):
@@ -187,6 +190,27 @@ def flat_top(values):
     levels = levels[np.append(np.diff(levels) > 1e-9 * swing, True)]  # one of each revolution if nothing is rounded
     below = ~at_top & (values >= levels[max(len(levels) - 1 - FLAT_STEPS, 0)] - 1e-9 * swing)
     return bool(at_top.sum() > FLAT_RATIO * below.sum())
+
+
+def _held(readings):
+    """(time,) whether samples repeat one value for longer than the motion on both sides of them ever rests."""
+    begins, found = np.flatnonzero(np.diff(readings, prepend=np.nan) != 0), np.zeros(len(readings), bool)
+    sizes = np.diff(np.append(begins, len(readings)))
+    for i in np.flatnonzero(sizes > HELD * (1 + np.quantile(sizes, 0.99))):
+        first, end, beside = begins[i], begins[i] + sizes[i], HELD_BESIDE * sizes[i]
+        sides = readings[max(first - beside, 0) : first], readings[end : end + beside]
+        found[first:end] = all(_always_moves(side[np.isfinite(side)], sizes[i] // 2) for side in sides)
+    return found
+
+
+def _always_moves(signal, span):
+    """Whether a signal (time,) moves by much of its range in nearly all stretches of a span, or of shorter ones."""
+    span = min(span, len(signal) // FEWEST_BESIDE)
+    if span < 2:
+        return False
+    stretches = np.ptp(signal[: len(signal) // span * span].reshape(-1, span), axis=1)
+    low, high = np.quantile(signal, [GAP[1], 1 - GAP[1]])
+    return bool(np.quantile(stretches, RESTING) > BESIDE_ZERO * (high - low))
 
 
 def check_sampling(samples, revolutions, harmonics, where):
