@@ -81,8 +81,7 @@ def integrated(signals, orders, time, speed):
     """Displacements (node, time), m, without what is slower than SLOWEST; orders : (node,) of derivative of each."""
     found = signals.copy()
     frequency = 2 * np.pi * np.fft.fftfreq(len(time), np.median(np.diff(time)))
-    fading = (frequency[1:] / (SLOWEST * speed)) ** STEEP
-    passed = fading / (1 + fading)
+    passed = _passed(frequency[1:] / speed)
     for i in np.flatnonzero(orders):
         there = np.isfinite(signals[i])
         spectrum = np.fft.fft(np.interp(time, time[there], signals[i, there]) if there.any() else signals[i])
@@ -90,6 +89,11 @@ def integrated(signals, orders, time, speed):
         spectrum[0] = 0
         found[i] = np.where(there, np.fft.ifft(spectrum), np.nan)
     return found
+
+
+def _passed(orders):
+    """Share that integration leaves of motion at some orders."""
+    return 1 / (1 + (SLOWEST / np.asarray(orders)) ** STEEP)
 
 
 def _turning(raw, pulses):
@@ -117,6 +121,8 @@ def _find_harmonics(raw, facts, signals, angle, psi):
         (own.amplitude,), (own.covariance,) = compensate(own.amplitude[None], own.covariance[None], *psi)
         if order:
             own.covariance = own.covariance + NO_MEAN**2 * np.diag(np.tile(harmonics == 0, 2))
+            left = [(line, _passed(line.order)) for line in own.lines if line.order > SLOWEST]
+            own.lines = tuple(one._replace(forward=one.forward / by, backward=one.backward / by) for one, by in left)
         findings += quality.check_noise(own, harmonics, f"{raw.where}, node {node}")
         facts.blocks = len(own.blocks)
     return findings
