@@ -52,6 +52,19 @@ def test_odd_conventions_come_back_in_every_format(kind, tmp_path):
     assert agrees(measurement)
 
 
+def test_units_in_the_header_need_not_be_in_the_rig_file(tmp_path):
+    """Nor the other way round; a unit that contradicts the rig file is said, and not that a channel is unknown."""
+    units = {name: unit for name, *_, unit, _ in PROBES} | {"time": "s", "key": "V", "speed": "rpm"}
+    paths = [write("csv", tmp_path, record) for record in records()]
+    for path in paths:
+        head, _, rest = path.read_text().partition("\n")
+        path.write_text(",".join(f"{name} ({units[name]})" for name in head.split(",")) + "\n" + rest)
+    assert agrees(read_measurement(paths, write_rig(tmp_path / "rig.yaml")))
+    other = paths[0].read_text().replace("(mil)", "(mm)")
+    paths[0].write_text(other)
+    refused(lambda: read_measurement(paths, tmp_path / "rig.yaml"), "states the unit 'mm' for channel 'disc 2 left'")
+
+
 @pytest.mark.parametrize(
     "wrong",
     [

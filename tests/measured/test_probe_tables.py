@@ -6,6 +6,7 @@ import yaml
 from one_line_errors import refused, run
 
 from rotorstudy import read_measurement
+from rotorstudy.measurement.channel_names import as_known
 from rotorstudy.measurement.conventions import CsvLayout
 from rotorstudy.measurement.tables import open_table
 
@@ -393,3 +394,26 @@ def test_velocities_of_a_wide_table_and_their_kind_below_them(tmp_path):
     head, *rows = table(way).splitlines()
     text = "\n".join([head, "rpm,,mm/s rms,deg", *rows])
     refused(lambda: read(tmp_path, text, table_phase="lag", **BELOW), "header says rms")
+
+
+@pytest.mark.parametrize("in_rig", ["{}", "{} (um)", "{} [um pp]"])
+@pytest.mark.parametrize("in_file", ["{}", "{} (um)"])
+def test_a_unit_in_brackets_is_no_part_of_the_name_of_a_probe(in_rig, in_file, tmp_path):
+    way, path = "rms, um", tmp_path / "table.csv"
+    text = table(way)
+    for name in PROBES:
+        text = text.replace(f",{name},", f",{in_file.format(name)},")
+    path.write_text(text)
+    probes = {in_rig.format(name): angle for name, angle in PROBES.items()}
+    measurement = read_measurement([path], rig(tmp_path, way, probes))
+    harmonics = list(measurement.spectrum.harmonics)
+    assert measurement.spectrum.amplitude[:, harmonics.index(1), 0] == pytest.approx(FORWARD, abs=1e-11)
+
+
+def test_names_that_differ_by_more_than_one_unit_are_told_apart():
+    assert as_known(["t (s)", "DE X [mil pp]", "key (V)"], ["DE X", "key", "t"]) == ["t", "DE X", "key"]
+    assert as_known(["DE X", "DE X (um)"], ["DE X"]) == ["DE X", "DE X (um)"]  # one is it to the letter
+    assert as_known(["DE X (mil)", "DE X (um)"], ["DE X"]) == ["DE X (mil)", "DE X (um)"]  # which one?
+    assert as_known(["DE X"], ["DE X (mil)", "DE X (um)"]) == ["DE X"]
+    assert as_known(["DE (V)", "DE (H)"], ["DE"]) == ["DE (V)", "DE (H)"]  # directions
+    assert as_known(["DE (NS) (um)"], ["DE (NS)", "DE"]) == ["DE (NS)"]

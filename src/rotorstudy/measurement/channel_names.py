@@ -108,6 +108,23 @@ def _stated(name, below, letters):
     return next((unit for unit in found if unit in WORDS), next(iter(found), None))
 
 
+def as_known(names, known):
+    """The names, as known where a unit in brackets is the only difference: `DE X (um)` as `DE X`; not if two are so."""
+    stems, own = _without_units(names), _without_units(known)
+    meant = {stem: one for stem, one in zip(own, known, strict=True) if own.count(stem) == 1 and one not in names}
+    return [n if n in known or stems.count(s) > 1 else meant.get(s, n) for n, s in zip(names, stems, strict=True)]
+
+
+def _without_units(names):
+    """Names without their units in brackets."""
+
+    def bare_name(name, unit):
+        return re.sub(r"\s*[\[(]([^\])]*)[\])]", lambda text: "" if unit_of(text[1]) == unit else text[0], name)
+
+    every = zip(names, stated_units(names, [""] * len(names)), strict=True)
+    return [bare_name(name, unit) if unit else name for name, unit in every]
+
+
 def angle_in(name):
     """Angle (degrees) of a probe from straight up, positive to the left, by a name such as `1X`, `45L`, `DE vert`.
 

@@ -101,6 +101,12 @@ class Conventions(Strict):
         return self.model_dump_json(exclude_defaults=True, exclude={"slow_roll_below_rpm"})
 
     @property
+    def channels(self):
+        """Names of the channels of a record."""
+        others = self.time_channel, self.keyphasor.channel, *filter(None, [self.speed_channel])
+        return [*dict.fromkeys([*(probe.channel for probe in self.probes), *others])]
+
+    @property
     def sense(self):
         """1 if the shaft rotates in the direction of the user's angles, else -1."""
         return 1 if self.rotation == "with_angles" else -1

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from rotorstudy.errors import RotorstudyError, reading, unknown_name
-from rotorstudy.measurement.channel_names import stated_units
+from rotorstudy.measurement.channel_names import as_known, stated_units
 from rotorstudy.measurement.conventions import check_once, one_unit
 from rotorstudy.measurement.netcdf_files import existing, read_netcdf
 from rotorstudy.measurement.raw_record import assemble
@@ -32,6 +32,13 @@ class Channels:
     def __init__(self, names, values, units=()):
         self.names, self.values = list(names), values
         self.units = dict(zip(self.names, stated_units(self.names, units or [""] * len(self.names)), strict=True))
+
+    def called(self, known):
+        """These Channels by names of the rig file, of which a unit in brackets is no part."""
+        own = dict(zip(as_known(self.names, known), self.names, strict=True))
+        found = Channels(own, lambda name: self.values(own[name]))
+        found.units = {name: self.units[of_file] for name, of_file in own.items()}
+        return found
 
 
 def read_file(path, conventions, nodes):
@@ -70,7 +77,7 @@ def _from_channels(path, conventions, nodes, channels):
 
     if not conventions.probes:
         raise RotorstudyError(f"{path}: no probes; list them under 'measurement: probes:' in the rig file")
-    readings = []
+    channels, readings = channels.called(conventions.channels), []
     for probe in conventions.probes:
         if probe.node is None:
             raise RotorstudyError(f"probe '{probe.channel}' has no 'node:', which is optional for NetCDF files only")

@@ -197,7 +197,7 @@ def read_measurement(
     conventions = read_conventions(rig.given, str(rig.path))
     opened = [open_table(path, conventions.csv) for path in paths]
     in_time = [path for path, table in zip(paths, opened, strict=True) if table is None]
-    tables = [table for table in opened if table is not None]
+    tables = [table.called(conventions.channels) for table in opened if table is not None]
     of_probes = [table for table in tables if table.by_probe]
     conventions = with_harmonics_of_tables(conventions, of_probes)
     nodes, found, findings = rig.model.structure.measurable, [], []

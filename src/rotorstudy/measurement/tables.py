@@ -16,7 +16,16 @@ import numpy as np
 import pandas as pd
 
 from rotorstudy.errors import RotorstudyError
-from rotorstudy.measurement.channel_names import SPEED_WORDS, UNIT_OF, bare, kind_in, stated_units, unit_of, words_in
+from rotorstudy.measurement.channel_names import (
+    SPEED_WORDS,
+    UNIT_OF,
+    as_known,
+    bare,
+    kind_in,
+    stated_units,
+    unit_of,
+    words_in,
+)
 from rotorstudy.measurement.conventions import SAME_SPEED, Conventions, combine
 from rotorstudy.measurement.files import SUFFIXES
 from rotorstudy.measurement.text_table import header_of, numbers_of, text_in, whole_numbers
@@ -72,6 +81,12 @@ class Table(NamedTuple):
     by_probe: bool  # whether its rows are of probes; otherwise of orbits
     stated: dict = {}  # key of `measurement:` -> the value that its header says
     unread: tuple = ()  # names of other columns, which are not read
+
+    def called(self, known):
+        """This Table with its probes by names of the rig file, of which a unit in brackets is no part."""
+        names = list(self.text.get("probe", pd.Series(dtype=str)).unique())
+        own = dict(zip(names, as_known(names, known), strict=True))
+        return self._replace(text=self.text.assign(probe=self.text["probe"].map(own))) if names else self
 
 
 def open_table(path, layout):
@@ -235,6 +250,7 @@ def gap_positions(path, conventions: Conventions) -> dict[int, tuple[np.ndarray,
     """
     names, units, _ = header_of(path, conventions.csv)
     columns = {match["probe"].strip(): name for name in names if (match := GAP.fullmatch(name))}
+    columns = dict(zip(as_known(list(columns), conventions.channels), columns.values(), strict=True))
     for name, unit in zip(names, stated_units(names, units), strict=True):
         if name in columns.values() and unit not in (None, "V"):
             raise RotorstudyError(f"{path}: column '{name}' is in '{unit}'; gaps are read in V, convert them")
