@@ -116,13 +116,13 @@ def as_known(names, known):
 
 
 def _without_units(names):
-    """Names without their units in brackets."""
+    """Names without their units in brackets, of those that are read: NS may be a side."""
 
     def bare_name(name, unit):
         return re.sub(r"\s*[\[(]([^\])]*)[\])]", lambda text: "" if unit_of(text[1]) == unit else text[0], name)
 
     every = zip(names, stated_units(names, [""] * len(names)), strict=True)
-    return [bare_name(name, unit) if unit else name for name, unit in every]
+    return [bare_name(name, unit) if unit in WORDS else name for name, unit in every]
 
 
 def angle_in(name):
