@@ -18,8 +18,8 @@ from rotorstudy.commands.line import main
 from rotorstudy.diagnosis.search.candidates import Candidate
 from rotorstudy.diagnosis.search.odds import Explanation
 from rotorstudy.diagnosis.verdict import result
-from rotorstudy.diagnosis.verdict.cause_words import cause_in_words, sizes
-from rotorstudy.diagnosis.verdict.causes import _by_variant, _variant
+from rotorstudy.diagnosis.verdict.cause_words import cause_in_words, place, sizes
+from rotorstudy.diagnosis.verdict.causes import _by_variant, _variant, together
 from rotorstudy.diagnosis.verdict.dataset import equivalent_residual_force
 from rotorstudy.diagnosis.verdict.result import Cause, Verdict
 from rotorstudy.diagnosis.verdict.words import detection_limits, summary
@@ -350,6 +350,20 @@ def test_a_cause_has_one_pair_of_brackets_and_units_instead_of_endings_of_names(
     assert said({"node": 4}, "bearing node 4", **shape) == f"pedestal resonance at node 4 (bearing; {text})"
     two = said({"node": 4, "harmonic": [2, 3]}, "disc A", damping_ratio=0.03)
     assert two == "pedestal resonance at node 4 (disc A, harmonics 2 and 3; damping ratio 0.03)"
+
+
+@pytest.mark.parametrize(
+    ("places", "words"),
+    [
+        ([{"element": 4}, {"node": 3}, {"element": 1, "last_element": 2}], "in elements 1 to 2 and 4 and at node 3"),
+        ([{"element": 3, "last_element": 5}, {"element": 1, "last_element": 5}], "in elements 1 to 5 and 3 to 5"),
+        ([{"element": 5, "last_element": 8}], "in elements 5 to 8"),
+        ([{"element": 5}, {"node": 3}, {"node": 2}], "in element 5 and at nodes 2 and 3"),
+        ([{"element": 7}, {"element": 5}], "in elements 5 and 7"),
+    ],
+)
+def test_a_fault_of_several_parts_says_each_of_its_places(places, words):
+    assert place(cause("bow", together(places), {})) == f"bow {words}"
 
 
 def cracked(breathing, log_odds):

@@ -155,7 +155,9 @@ def test_an_answer_does_not_offer_what_was_given_nor_an_empty_list():
     assert "(of )" not in refused(lambda: build_model({"rotor": RIG["rotor"]}).unknown_names())
 
 
-@pytest.mark.parametrize(("value", "said"), [("5.0e6", True), ("0.5", True), ("small", False)])
+@pytest.mark.parametrize(
+    ("value", "said"), [("5.0e6", True), ("0.5", True), ("small", False), ("nan", False), ("inf", False)]
+)
 def test_a_number_in_quotes_is_told_to_be_written_without_them(value, said):
     quoted = rig("effects", 1, "eccentricity_m", to=value)
     assert ("without quotes" in refused(lambda: build_model(quoted), f"eccentricity_m = {value!r}")) == said

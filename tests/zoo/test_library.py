@@ -1,6 +1,7 @@
 """The library of plugins: found, checked, written anew, shown on its page; a wrong one leaves the rest whole."""
 
 import inspect
+import json
 import os
 import subprocess
 import sys
@@ -341,6 +342,15 @@ def drag(structure, node: int | None = None):
     usual = 0.02 * scales.critical_damping(node) / (scales.frequency * scales.length)
     return [Parameter("drag", "N s^2/m^2", (), typical=usual, force=force)]
 """
+
+
+def test_a_fault_that_every_check_meets_is_said_once(tmp_path, command):
+    path = new_plugin("effect", "drag", tmp_path)
+    path.write_text(path.read_text().replace("    here = ", "    here = 1 / 0\n    here = "))
+    said, found = command("check", path, status=1).out, json.loads(command("check", path, "--json", status=1).out)
+    assert said.count("ZeroDivisionError") == 1 and said.count("for the same reason") == said.count("fails") - 1 > 0
+    wrong = [one["wrong"] for one in found["checks"] if one["state"] == "fails"]
+    assert len(wrong) == said.count("fails") and all("ZeroDivisionError" in one for one in wrong)  # for a program, each
 
 
 def test_a_weak_force_in_time_is_not_blamed_for_what_the_bench_is_off_without_it(tmp_path, command):

@@ -27,12 +27,14 @@ def _plugins(file):
     from rotorstudy.authoring.files import check_file, left_to_write
 
     rows = check_file(file)
-    for kind, name, outcome in rows:
-        print(f"{outcome.state}  {kind} {name}: {outcome.statement}" + (outcome.wrong and f"\n       {outcome.wrong}"))
+    for i, (kind, name, outcome) in enumerate(rows):
+        again = outcome.wrong in (one.wrong for *_, one in rows[:i])
+        reason = outcome.wrong and (", for the same reason" if again else f"\n       {outcome.wrong}")
+        print(f"{outcome.state}  {kind} {name}: {outcome.statement}{reason}")
     states = [outcome.state for _, _, outcome in rows]
     unclaimed = states.count("not claimed")
     print(f"{states.count('holds')} of {len(states) - unclaimed} hold" + f", {unclaimed} not claimed" * bool(unclaimed))
     if left := left_to_write(file):
         print(f"note: {' and '.join(left)} in {file} still have the text of the template; replace it")
-    facts = [{"kind": kind, "name": name, "state": one.state, "statement": one.statement} for kind, name, one in rows]
+    facts = [{"kind": kind, "name": name, **outcome._asdict()} for kind, name, outcome in rows]
     return 1 if "fails" in states else 0, {"checks": facts}

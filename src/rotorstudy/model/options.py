@@ -1,7 +1,9 @@
 """Check the options of a configuration against the annotated arguments of a plugin function."""
 
+from contextlib import suppress
 from difflib import get_close_matches
 from functools import lru_cache
+from math import isfinite
 from typing import Annotated, Literal, TypeVar, get_args, get_origin
 
 from annotated_types import Ge, Gt, Le, Lt, MinLen, MultipleOf
@@ -134,9 +136,7 @@ def number_hint(value):
     if not isinstance(value, str):
         return ""
     for text, hint in ((value, "write it without quotes"), (value.replace(",", "."), "write it with a decimal point")):
-        try:
-            float(text)
-        except ValueError:
-            continue
-        return f" ({hint})"
+        with suppress(ValueError):
+            if isfinite(float(text)):  # YAML reads nan as a text
+                return f" ({hint})"
     return ""

@@ -10,6 +10,7 @@ FEW = 3  # amplitudes of a cause that are all said
 SMALL = 1e-3  # m; lengths below are said in µm
 ACTS_BY = {"force": "a force", "moment": "a moment", "bending": "bending moments"}
 ABSENT = 3.0  # standard deviations; of a cause with many amplitudes, a sentence names those above
+PLACES = {"node", "element"}
 
 
 def readable(name):
@@ -21,15 +22,18 @@ def place(named):
     """'unbalance at node 2 (disc A)', 'bow in elements 5 to 8' of a Place; of a Candidate without the rig's label."""
     label = named.label.removesuffix(f" node {named.where.get('node')}") if isinstance(named, Place) else ""
     labelled = f" ({label})" if label else ""
-    said = {"node": f"at node {{}}{labelled}", "element": "in element {}", "foundation": "of the foundation at node {}"}
-    if "last_element" in named.where:
-        said |= {"element": "in elements {}", "last_element": "to {}"}
-    if "number" in named.where:
-        said["number"] = f"({without_unit(named.where['number'])})"
-    where = []
-    for key, value in named.where.items():
-        several = "s" * (isinstance(value, list) and len(value) > 1)
-        where.append(said.get(key, f"({readable(key)}{several} {{}})").format(_listed(value)))
+    said = {"node": f"at node{{}} {{}}{labelled}", "element": "in element{} {}"}
+    said["foundation"] = "of the foundation at node{} {}"
+    options, where = dict(named.where), []
+    if "number" in options:
+        said["number"] = f"({without_unit(options['number'])})"
+    if "last_element" in options:
+        ends = np.atleast_1d(options["element"]), np.atleast_1d(options.pop("last_element"))
+        options["element"] = [f"{one} to {last}" if last > one else one for one, last in zip(*ends, strict=True)]
+    for key, value in options.items():
+        several = isinstance(value, list) and (len(value) > 1 or " to " in str(value))
+        both = "and " * (bool(where) and key in PLACES and options.keys() >= PLACES)  # of two parts of one fault
+        where.append(both + said.get(key, f"({readable(key)}{{}} {{}})").format("s" * several, _listed(value)))
     return f"{readable(named.effect)} {' '.join(where)}".strip().replace(") (", ", ")
 
 

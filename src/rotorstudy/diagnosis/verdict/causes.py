@@ -54,10 +54,8 @@ def _over_forms(found, explanation, name):
 
 def cause_of(parts, explanation, probability, inadequacy, variants=(), over=None):
     """The Cause of the parts of a fault, options listed where they differ; variants : that are not excluded."""
-    where, fitted, error = {}, explanation.fit, explanation.form.mean_std if explanation.form else 0.0
-    for key in dict.fromkeys(key for part in parts for key in part.where):
-        values = sorted({part.where[key] for part in parts if key in part.where})
-        where[key] = values if len(values) > 1 else values[0]
+    where = together([part.where for part in parts])
+    fitted, error = explanation.fit, explanation.form.mean_std if explanation.form else 0.0
     parameters = {}
     for part in parts:
         found = _parameters(part, fitted, error)
@@ -79,6 +77,18 @@ def cause_of(parts, explanation, probability, inadequacy, variants=(), over=None
         posterior_probability=probability,
         probability=probability * (1 - inadequacy[len(explanation.faults) > 1]),
     )
+
+
+def together(places):
+    """The options of the places of the parts of a fault, listed where they differ; of stretches both ends of each."""
+    found = {}
+    for key in dict.fromkeys(key for where in places for key in where):
+        values = sorted({where[key] for where in places if key in where})
+        found[key] = values if len(values) > 1 else values[0]
+    stretches = {(own["element"], own.get("last_element", own["element"])) for own in places if "element" in own}
+    if "last_element" in found and len(stretches) > 1:
+        found["element"], found["last_element"] = map(list, zip(*sorted(stretches), strict=True))
+    return found
 
 
 def _parameters(candidate, fitted, error):
