@@ -60,11 +60,13 @@ def tracked(ratio, rate, *gaps, ends=(150.0, 250.0)):
     return compared(ratio, time, with_gaps(time, z, rate, *gaps), marks)
 
 
-def compared(ratio, time, z, marks):
+def compared(ratio, time, z, marks, resolution=0.0):
     """Speeds, the errors of 1X over the peak, the same in standard deviations, and 2X over the peak."""
     found = count_revolutions(marks, swept=True)
-    grid, jitter = speed_grid(found), found.jitter_rad**2 / 10
-    *of_node, known = track(z[None], time, found.angle(time), grid, [0, 1, -1, 2, -2], np.array([np.nan]), jitter)
+    grid = speed_grid(found)
+    jitter = found.jitter_rad**2 / (grid.length * grid.speed / (3 * np.pi))
+    variances = jitter, (CRITICAL * resolution) ** 2
+    *of_node, known = track(z[None], time, found.angle(time), grid, [0, 1, -1, 2, -2], np.array([np.nan]), *variances)
     shown, covariance, _ = (part[0] for part in of_node)
     shown, covariance, speed = shown[known], covariance[known], grid.speed[grid.given][known]
     error, std = shown[:, 1] - steady(ratio, speed), np.sqrt(2 * covariance[:, 1, 1])
@@ -244,6 +246,13 @@ def test_damping_unbalance_and_critical_speed_of_a_run_up(run_up):
     freedom = spectrum.data_count - len(TRUE)
     assert found.misfit < freedom + 5 * np.sqrt(2 * freedom)
     assert {f.name for f in findings} >= {"run-up"}
+
+
+def test_marks_that_are_as_coarse_as_samples_do_not_spoil_a_run_up_that_holds():
+    """At 10 kHz, 1/300 of a turn; taken for a misfit of the model they widened all four times."""
+    time, z, marks = course("holds at the critical speed")
+    speed, error, sigma, _ = compared(0.03, time, z, np.rint(marks * 1e4) / 1e4, 1e-4 / np.sqrt(12))
+    assert len(speed) > 20 and sigma.max() < 4 and np.median(error / sigma) < 2e-3
 
 
 def two_discs(modulus, damping, unbalances):

@@ -189,12 +189,12 @@ def _tracked(whole, raw, pulses):
         findings.append(told("no displacement", raw.where))
     if errors_among(findings):
         return [whole]
-    variance = sweep.jitter_rad**2 / np.median(grid.length * grid.speed / (2 * np.pi))
+    variance = sweep.jitter_rad**2 / (grid.length * grid.speed / (3 * np.pi))  # of the marks in 2/3 of a Hann window
     resolution = (grid.speed[grid.given].mean() * sweep.resolution_s) ** 2
     time = np.interp(np.arange(row[-1] + 1), row, raw.time)
     signals, angle = np.full((len(raw.nodes), len(time)), np.nan, complex), sweep.angle(time) + raw.conventions.mark_rad
     signals[:, row.astype(int)] = np.where(sweep.is_followed(raw.time), raw.displacement, np.nan)
-    *tracked, known = track(signals, time, angle, grid, harmonics, raw.directions, variance + resolution)
+    *tracked, known = track(signals, time, angle, grid, harmonics, raw.directions, variance, resolution)
     findings += check_sweep(grid, known, tracked[0], harmonics, raw.where)
     tracked, grid = [part[:, known] for part in tracked], grid._replace(given=grid.given[known])
     speed = grid.speed[grid.given]

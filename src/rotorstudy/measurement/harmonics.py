@@ -231,7 +231,7 @@ def shrunk_variances(variance, freedom):
 def with_phase_noise(amplitude, covariance, harmonics, variance):
     """Covariance (..., component, component) m^2 with the error of the phase mark, rad^2, which turns nX n times."""
     turned = 1j * np.asarray(harmonics) * amplitude
-    return covariance + shared_error_covariance(turned[..., None], np.array([[variance]]))
+    return covariance + shared_error_covariance(turned[..., None], np.asarray(variance)[..., None, None])
 
 
 def trend(blocks):

@@ -73,16 +73,22 @@ def speed_grid(sweep):
     return Grid(at, speed, rate, length, np.array(chosen), sweep)
 
 
-def track(signals, time, angle, grid, harmonics, directions, mark_variance):
+def track(signals, time, angle, grid, harmonics, directions, mark_variance, shared_variance=0.0):
     """Harmonics (node, speed, harmonic), m, of signals (node, time), m; covariance; noise (node, speed) of a sample, m.
 
     Last whether those of a speed (speed,) are known: they depend more on what was recorded than on what was not.
 
     directions : (node,) rad of single probes, NaN for orbits
+    mark_variance, shared_variance : rad^2, of the angle by the marks in each window (step,), and by all together
     """
     harmonics = np.asarray(harmonics)
     shown, covariance, noise, there = _fitted(signals, time, angle, grid, harmonics)
+    for s, direction in enumerate(directions):
+        channels = 2 if np.isnan(direction) else 1
+        covariance[s] = along_probe(covariance[s] * 2 / channels, harmonics, direction)
+        noise[s] /= np.sqrt(channels)
     least = (EXACT * np.nanmax(np.abs(shown[..., harmonics != 0]), axis=(1, 2), initial=0.0)) ** 2
+    covariance = with_phase_noise(shown, covariance, harmonics, mark_variance)
     covariance += least[:, None, None, None] / 2 * np.eye(2 * len(harmonics))
     variance = np.diagonal(covariance, axis1=-2, axis2=-1).reshape(*shown.shape[:2], 2, -1).sum(axis=2)
     steady, wider, known = shown.copy(), variance.copy(), np.zeros(len(grid.time), bool)
@@ -98,11 +104,7 @@ def track(signals, time, angle, grid, harmonics, directions, mark_variance):
     steady, covariance, noise = steady[:, grid.given], covariance[:, grid.given], noise[:, grid.given]
     wider = np.tile(np.sqrt(wider / variance)[:, grid.given], 2)
     covariance = covariance * wider[..., None] * wider[..., None, :]
-    for s, direction in enumerate(directions):
-        channels = 2 if np.isnan(direction) else 1
-        covariance[s] = along_probe(covariance[s] * 2 / channels, harmonics, direction)
-        noise[s] /= np.sqrt(channels)
-    return steady, with_phase_noise(steady, covariance, harmonics, mark_variance), noise, known[grid.given]
+    return steady, with_phase_noise(steady, covariance, harmonics, shared_variance), noise, known[grid.given]
 
 
 def _fitted(signals, time, angle, grid, harmonics):
