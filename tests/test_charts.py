@@ -148,7 +148,7 @@ def test_charts_fit_a_narrow_window_in_light_and_dark(opened, name, scheme):
 
 def test_print_shows_the_whole_of_a_long_list(chromium):
     page = chromium.new_page()
-    empty = {"figures": {}, "charts": {}, "tables": dict.fromkeys(("loads", "criticals", "peaks", "damping"))}
+    empty = {"figures": {}, "charts": {}, "tables": dict.fromkeys(("loads", "criticals", "resonances", "growth_rate"))}
     page.set_content(render("rotor.html", title="", summary=[f"line {i}" for i in range(9)], **empty))
     assert page.locator("li:visible").count() == 6
     page.emulate_media(media="print")

@@ -258,8 +258,9 @@ def test_units_of_a_rig_and_of_the_command_line(tmp_path, command):
     def shown(*more, status=0):
         return json.loads(command(*analyse, *more, status=status).out)
 
-    assert "1X (mil pp)" in " ".join(shown()["resonances"][0])
-    assert "1X (µm peak)" in " ".join(shown("--units", "um", "peak")["resonances"][0])
+    for units, heading in (((), "1X (mil pp)"), (("--units", "um", "peak"), "1X (µm peak)")):
+        assert "1X_m" in shown(*units)["resonances"][0]  # for a program always SI
+        assert heading in (tmp_path / "analysis" / "index.html").read_text(encoding="utf-8")
     error = shown("--units", "inch", status=1)["error"]
     assert "unknown unit 'inch' in --units" in error and "oz in" in error
     rig.write_text(Path(RIG).read_text() + "units: [mil, um]\n")

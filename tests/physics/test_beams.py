@@ -53,6 +53,15 @@ def wave_numbers(ends):
     return np.array([brentq(lambda x: np.cos(x) + 1 / np.cosh(x), (n - 1) * np.pi, n * np.pi) for n in (1, 2, 3)])
 
 
+def test_a_rotor_at_rest_has_eigenvalues_and_no_speed_below():
+    shaft_at_rest = beam("simply supported", 8)
+    found = np.sort(np.abs(whirl(shaft_at_rest, 0.0)))[::2]  # forward and backward alike
+    assert found == pytest.approx(frequencies(shaft_at_rest), rel=1e-6)
+    for speed, words in ((-1.0, "speed -1 rad/s: give speeds from 0 rad/s"), (np.nan, "speed nan rad/s")):
+        refused(lambda speed=speed: whirl(shaft_at_rest, speed), words)
+    refused(lambda: harmonic_response(Model(shaft_at_rest), [0.0], [1]), "only a rotating shaft has harmonics")
+
+
 @pytest.mark.parametrize("ends", ENDS)
 def test_natural_frequencies_of_the_beam(ends):
     exact = wave_numbers(ends) ** 2 * np.sqrt(E * SECOND_MOMENT / (RHO * AREA))

@@ -15,17 +15,17 @@ COUPLED_ORDER = 15  # harmonics -15..15 are carried where harmonics are coupled;
 HIGHEST = 1000  # of all harmonics
 
 
-def check_speed(speed):
-    """Speeds in rad/s as an array (speed,), or an error unless all are positive and finite."""
+def check_speed(speed, *, may_rest=False):
+    """Speeds in rad/s as an array (speed,), or an error unless all are finite, and positive or, if allowed, zero."""
     try:
         speed = np.atleast_1d(np.asarray(speed, float))
     except (TypeError, ValueError, OverflowError):
         speed = np.empty(0)
     if not speed.size:
         raise RotorstudyError("speeds: give at least one number, in rad/s")
-    if not np.all(np.isfinite(speed)) or np.any(speed <= 0):
-        bad = speed[~(np.isfinite(speed) & (speed > 0))][0]
-        raise RotorstudyError(f"speed {bad:g} rad/s: only a rotating shaft has harmonics; give speeds > 0 rad/s")
+    if (bad := speed[~(np.isfinite(speed) & ((speed > 0) | ((speed == 0) & may_rest)))]).size:
+        told = "give speeds from 0 rad/s" if may_rest else "only a rotating shaft has harmonics; give speeds > 0 rad/s"
+        raise RotorstudyError(f"speed {bad[0]:g} rad/s: {told}")
     return speed
 
 

@@ -26,7 +26,7 @@ def state_matrix(model, speed, theta=None, shapes=None):
 
 def _stiffness_damping_mass(model, speed, theta, shapes):
     """Matrices (3, speed, coordinate, coordinate) on q and its first and second derivative, as in `state_matrix`."""
-    speed = check_speed(speed)
+    speed = check_speed(speed, may_rest=True)
     model, theta = model.at(theta)
 
     matrices = model.matrices(theta)[:3]
@@ -59,7 +59,7 @@ def eigenvalues(
     model : Model
         Rotor with its terms.
     speed : array (speed,)
-        Spin speeds in rad/s.
+        Spin speeds in rad/s, 0 for the rotor at rest.
     theta : array (parameter,), optional
         Amplitudes in the units of `model.units`; the model's own by default.
     shapes : array (dof, mode), optional
