@@ -14,12 +14,14 @@ from rotorstudy import build_model, measured_spectrum, read_rig
 from rotorstudy.diagnosis.runs import contradicting
 from rotorstudy.diagnosis.runs import joint as diagnosis_joint
 from rotorstudy.diagnosis.runs.contradicting import _moved_far
-from rotorstudy.diagnosis.runs.joint import identify_runs, shared_names
+from rotorstudy.diagnosis.runs.joint import identify_runs, shared_names, unbalance_term
+from rotorstudy.diagnosis.runs.run_file import AddedUnbalance
 from rotorstudy.diagnosis.search.search import base_model
 from rotorstudy.diagnosis.settings import read_settings
 from rotorstudy.inference.fit import fit
 from rotorstudy.inference.joint import fit_runs
 from rotorstudy.inference.prediction import with_model_error
+from rotorstudy.measurement.conventions import Conventions
 from rotorstudy.measurement.corrections import check_slow_roll
 
 SPEEDS = np.array([80.0, 120.0, 150.0])
@@ -288,6 +290,17 @@ def test_a_label_of_a_node_that_no_rig_lists_is_named(folder):
     rig = yaml.safe_load((folder / "rig.yaml").read_text())
     del rig["measurement"]["node_of_label"]
     refused(lambda: identified(folder, "unlabelled", rig=rig), "unknown node label 'disc 1'")
+
+
+def test_a_label_of_two_discs_is_no_place_of_an_unbalance():
+    discs = [disc(node, label=label) for node, label in ((2, "wheel"), (3, "wheel"), (4, "hub"))]
+    model = build_model(rig_of(shaft(1.0, 4, *discs), springs({1: "left", 5: "right"})))
+
+    def placed(label):
+        return unbalance_term(AddedUnbalance(node=label), model, Conventions(), "added", "plane")
+
+    refused(lambda: placed("wheel"), "the label 'wheel' at nodes 2 and 3; give the number of a node")
+    assert placed("hub").options["node"] == 4
 
 
 @pytest.mark.parametrize(

@@ -15,7 +15,9 @@ from rotorstudy.model.registry import registry
 from rotorstudy.model.rig_items import named
 from rotorstudy.response.harmonic import harmonic_response
 from rotorstudy.response.integration import force_in_time, time_response
+from rotorstudy.units import unit_ending
 
+SCALES = dict.fromkeys(("length", "vibration", "shaft"), "m") | {"frequency": "rad/s", "time": "s"}  # of `Effect.shape`
 UNITS = ("kg", "m", "s", "rad", "N", "Pa", "K", "V", "A", "W", "J", "Hz")  # of which others are made, all SI
 
 
@@ -49,8 +51,12 @@ def effect_names_exist(plugin):
 
 
 def effect_shape_is_open(plugin):
-    """has shape options with ranges that contain their defaults, or do nothing by default"""
+    """has shape options with ranges in their units that contain their defaults, or do nothing by default"""
     known = inspect.signature(plugin.function).parameters
+    for name, scale in ((name, ends[2]) for name, ends in plugin.shape.items() if len(ends) > 2):
+        check_known("scale", [scale], SCALES, f"shape '{name}'")
+        told = f"shape '{name}' has a range in the scale '{scale}', of {SCALES[scale]}, and a name that ends otherwise"
+        require(unit_ending(name)[1] == SCALES[scale], told)
     for name, (low, high) in plugin.ranges(bench.bench_of(plugin)[0]).items():
         require(name in known, f"shape '{name}' is not an option of the function")
         require(low < high, f"shape '{name}' has the range {low:g} to {high:g}")

@@ -226,6 +226,9 @@ def unbalance_term(added: AddedUnbalance, whole: Model, conventions: Conventions
     node = added.node
     if isinstance(node, str):
         check_known("node label", [node], nodes, f"{where}; label a disc so, or list it under 'node_of_label:'")
+        if len(same := [one for one, name in whole.structure.labels.items() if name == node]) > 1:
+            told = f"the rig has the label '{node}' at nodes {' and '.join(map(str, same))}; give the number of a node"
+            raise RotorstudyError(f"{where}: {told}, or each its own label")
         node = nodes[node]
     item = {"kind": "unbalance", "node": node, "mass_kg": GRAM, "label": label}
     if added.unbalance_g_mm is not None:
