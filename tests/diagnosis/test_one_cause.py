@@ -13,7 +13,6 @@ from one_line_errors import refused
 
 from rotorstudy import RotorstudyError, build_model, measured_response, read_rig, registry
 from rotorstudy.diagnosis.one_cause import identify
-from rotorstudy.diagnosis.one_cause import over_forms as over_forms_module
 from rotorstudy.diagnosis.one_cause.answer import (
     Identified,
     estimates_of,
@@ -53,14 +52,6 @@ SETTINGS = Settings(uncertainty={"default": 0.02}, nuisance={})
 def few_starts(monkeypatch):
     """Of each law the best shape of a scan alone is fitted, which makes it harder to find the truth."""
     monkeypatch.setattr(identify, "STARTS", 1)
-
-
-@pytest.fixture
-def few_places(monkeypatch):
-    """Intervals from fewer places and forms, where others hold the same from all of them."""
-    few = {"FORMS": (0.5, 0.0, 1.0), "PLACES": 8, "ABOUT": 2.0 * np.arange(-2, 3), "CLOSER": 1}
-    for name, value in few.items():
-        monkeypatch.setattr(over_forms_module, name, value)
 
 
 def rig(*effects, eccentricity=3e-5, sensors=(2, 4)):
@@ -118,6 +109,7 @@ def test_two_cracks_are_identified():
     assert {"position_m[1]", "depth_m[2]"} < {name for name, *_ in estimates_of(found)}
 
 
+@pytest.mark.usefixtures("few_shapes", "few_places")
 def test_a_rig_that_took_up_one_of_two_cracks_gives_it_back():
     """Fits that begin with the numbers of the rig beside one crack end at a misfit of thousands."""
     discs, where = (disc(2, 4.144, 4e-3, 2e-3), disc(3, 3.505, 4e-3, 2e-3)), ([100.0, 150.0, 200.0], range(-3, 4))

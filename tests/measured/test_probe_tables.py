@@ -381,12 +381,6 @@ def test_a_speed_with_an_empty_cell_is_left_out(tmp_path, blank):
     assert "1 of 3 speeds are left out" in finding.text and "at 1432.39 rpm, 1X of 'right'." in finding.text
 
 
-def test_the_number_of_a_channel_is_no_harmonic(tmp_path):
-    names = ["Speed (rpm)", *(f"Ch {i} {what}" for i in (1, 2) for what in ("Amp (um)", "Phase (deg)"))]
-    (tmp_path / "run.csv").write_text("\n".join([",".join(names), *3 * [",".join("1" * len(names))]]))
-    refused(lambda: open_table(tmp_path / "run.csv", CsvLayout()), "must name probe and harmonic")
-
-
 def test_velocities_of_a_wide_table_and_their_kind_below_them(tmp_path):
     way = "rms velocity, mm/s, lag"
     found = read(tmp_path, wide(way, "mm/s rms"), way, csv={"skip_rows": 2}).spectrum

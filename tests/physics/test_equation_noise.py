@@ -95,15 +95,6 @@ def test_maximum_likelihood_fills_the_cramer_rao_ellipsoid_with_correlated_noise
     assert found.misfit.mean() == pytest.approx(freedom, abs=5 * np.sqrt(2 * freedom / 150))
 
 
-def test_least_squares_is_never_better_than_the_bound(problem, clean, true):
-    stated = registry().get("estimator", "least_squares").function(problem).covariance
-    bound = cramer_rao_bound(replace(problem, spectrum=clean), true)
-    size = np.sqrt(np.diag(bound))
-    excess = np.linalg.eigvalsh((stated - bound) / np.outer(size, size))
-    assert excess.min() > -0.02  # the covariance is taken at the mean of the trials, not at the truth
-    assert excess.max() > 0.1  # and here it is worse: it does not know which harmonics are noisy
-
-
 def test_neither_estimate_nor_interval_depends_on_the_order_of_harmonics(problem, clean):
     mixed = np.random.default_rng(4).permutation(len(EVERY))
     both = np.concatenate([mixed, mixed + len(EVERY)])

@@ -11,7 +11,6 @@ from rotorstudy import build_model, eigenvalues, harmonic_response, registry, ti
 from rotorstudy.diagnosis.search.search import base_model
 from rotorstudy.diagnosis.settings import Settings, check_names
 from rotorstudy.errors import NoSteadyState
-from rotorstudy.inference.prior import prior_of
 from rotorstudy.model.bearings import dynamic_stiffness
 from rotorstudy.model.estimated_rig import rig_with_estimate, rig_with_values
 from rotorstudy.model.rig_numbers import changeable_numbers, numbers, with_numbers
@@ -288,13 +287,6 @@ def test_a_load_that_follows_from_the_weight_is_a_number_too():
     moved = rig_with_values(rig, with_numbers(plain, [name]), {name: 0.1})
     assert moved["bearings"][0]["load_N"] == pytest.approx(1.1 * plain.structure.bearing_load(1))
     assert "load_N" not in rig_with_values(rig, plain, {})["bearings"][0]  # nothing moved: it follows the weight
-
-
-def test_uncertainty_is_stated_by_name():
-    stated = {"default": 0.0, "bearings[left].load_N": 0.2}
-    model = with_numbers(build_model(FILM), stated)
-    check_names(Settings(uncertainty=stated), build_model(FILM), "rig.yaml, diagnosis")
-    assert prior_of(model, stated).by_name == {"bearings[left].load_N": (0.0, 0.2)}
 
 
 @pytest.mark.parametrize(

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from machines import by_axes, disc, full_bearing, pedestal_resonance, shaft, unbalance
+from machines import disc, full_bearing, pedestal_resonance, shaft, unbalance
 from one_line_errors import refused
 
 from rotorstudy import build_model, harmonic_response
@@ -48,15 +48,6 @@ def test_support_loss_is_a_softer_spring_along_one_direction(angle):
     built = full(STIFF * np.eye(2) - 4e5 * np.outer(along, along), DAMPED * np.eye(2))
     assert same(response(isotropic(1), item), response(built), 1e-11)
     assert not same(response(isotropic(1)), response(built), 1e-3)
-
-
-def test_bearing_coefficients_add_to_those_of_the_bearing():
-    random = np.random.default_rng(2)
-    stiffness, damping = 2e5 * random.standard_normal((2, 2)), 100 * random.standard_normal((2, 2))
-    errors = by_axes("bearing_stiffness_error_{}_N_per_m", stiffness)
-    errors |= by_axes("bearing_damping_error_{}_N_s_per_m", damping)
-    built = full(STIFF * np.eye(2) + stiffness, DAMPED * np.eye(2) + damping)
-    assert same(response(isotropic(1), {"kind": "bearing_coefficients", "node": 1, **errors}), response(built), 1e-11)
 
 
 def on_pedestal(bearing, spring, damper, mass):
