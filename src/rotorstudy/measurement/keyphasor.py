@@ -139,7 +139,7 @@ class Turning:
     def rate(self, time):
         """(time,) rad/s^2, mean over ten revolutions on either side: a spline's second derivative shows its knots."""
         half = PIECE_REVOLUTIONS * 2 * np.pi / self.speed(np.asarray(time))
-        early, late = np.maximum(time - half, self.ends[0]), np.minimum(time + half, self.ends[1])
+        early, late = np.maximum(time - half, self.marks[0]), np.minimum(time + half, self.marks[-1])
         return (self.speed(late) - self.speed(early)) / (late - early)
 
 

@@ -48,7 +48,7 @@ class Grid(NamedTuple):
 
 
 def speed_grid(sweep):
-    """The Grid of the Turning of a run-up or coast-down: even in speed, with windows within the record."""
+    """The Grid of the Turning of a run-up or coast-down: even in speed, and before and after it even in time."""
     start, end = sweep.ends
     time = np.linspace(start, end, 4000)
     speed = sweep.speed(time)
@@ -58,19 +58,21 @@ def speed_grid(sweep):
     usual = abs(speed[-1] - speed[0]) / (end - start)
     count = max(8, int(np.ceil(STEPS * (speed[-1] - speed[0]) / np.sqrt(usual))))
     at = np.interp(np.linspace(speed[0], speed[-1], count), speed + 1e-9 * np.arange(len(speed)), time)
-    rate = sweep.rate(at)
-    shortest = LEAST_REVOLUTIONS * 2 * np.pi / sweep.speed(at)
+    beyond = np.arange(1, BESIDE + 1) * (time[-1] - time[0]) / (end - start) / (STEPS * np.sqrt(usual))
+    at = np.concatenate([time[0] - beyond[::-1], at, time[-1] + beyond])
+    swept = np.repeat([False, True, False], [BESIDE, count, BESIDE])
+    within = np.clip(at, *sweep.marks[[0, -1]])
+    rate, shortest = sweep.rate(within), LEAST_REVOLUTIONS * 2 * np.pi / sweep.speed(within)
     length = np.maximum(1 / np.sqrt(np.maximum(np.abs(rate), 0.25 * usual)), shortest)
-    inside = (at - length / 2 >= start) & (at + length / 2 <= end)
-    at, rate, length = at[inside], rate[inside], length[inside]
-    speed = sweep.speed(at)
-    chosen = [0]
-    for i in range(1, len(at)):
-        last = chosen[-1]
+    inside = (at - length / 2 >= sweep.marks[0]) & (at + length / 2 <= sweep.marks[-1])
+    at, rate, length, swept = at[inside], rate[inside], length[inside], swept[inside]
+    speed, chosen = sweep.speed(at), []
+    for i in np.flatnonzero(swept):
+        last = chosen[-1] if chosen else i
         apart = abs(at[i] - at[last]) >= APART / STEPS * max(length[i], length[last])
-        if apart and abs(speed[i] - speed[last]) >= LEAST_APART * speed[i]:
+        if not chosen or (apart and abs(speed[i] - speed[last]) >= LEAST_APART * speed[i]):
             chosen.append(i)
-    return Grid(at, speed, rate, length, np.array(chosen), sweep)
+    return Grid(at, speed, rate, length, np.array(chosen, int), sweep)
 
 
 def track(signals, time, angle, grid, harmonics, directions, mark_variance, shared_variance=0.0):

@@ -38,7 +38,7 @@ def steady_harmonic(shown, variance, least, grid, there, n):
     variance : (node, step) m^2, of the noise;  least : (node,) m^2, part of it that windows which overlap do not share
     there : (step, place) share of the samples that are there
     """
-    turning, root = grid.turning, np.sqrt(np.median(np.abs(grid.rate)))
+    turning, root = grid.turning, np.mean(grid.rate**2) ** 0.25
     delay = LONGEST / (abs(n) * root)
     before = [0.0] if grid.time.min() - delay > turning.marks[0] else [0.0, turning.first_rate]
     models, shared = [_model(grid, there, n, delay, rate) for rate in before], _shared_noise(grid)
