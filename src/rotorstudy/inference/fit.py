@@ -4,6 +4,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from operator import attrgetter
+from typing import Any
 
 import numpy as np
 
@@ -170,13 +171,15 @@ def fit_each(
     starts: Sequence[np.ndarray] | None = None,
     steps: int = HYPOTHESIS.steps,
     needed: float = np.inf,
+    **more: Any,
 ) -> list[Posterior]:
     """The Posterior of whitened data (component,) within a prior from each start, whether or not steps suffice.
 
-    starts : (start, parameter), by default the prior mean;  needed : as of `levenberg_marquardt`
+    starts : (start, parameter), by default the prior mean;  needed, more : as of `levenberg_marquardt`
     """
     starts, ends = [prior.mean] if starts is None else starts, replace(HYPOTHESIS, steps=steps)
-    data, given = np.tile(measured, (len(starts), 1)), {"prior": prior, "convergence": ends, "needed": needed}
+    given = {"prior": prior, "convergence": ends, "needed": needed} | more
+    data = np.tile(measured, (len(starts), 1))
     fitted, rows, found = levenberg_marquardt(predict, data, starts, prior.names, **given), len(measured), []
     for theta, whole, slope, done in zip(fitted.theta, fitted.residual, fitted.jacobian, fitted.converged, strict=True):
         residual, jacobian = whole[:rows], slope[:rows]

@@ -1,7 +1,6 @@
 """What is said of an effect that was identified: its shape and sizes, and others that explain the records as well."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -9,8 +8,8 @@ import numpy as np
 from rotorstudy.diagnosis.one_cause.over_forms import laws_of, over_forms
 from rotorstudy.diagnosis.one_cause.stated import sizes_of
 from rotorstudy.diagnosis.search.candidates import Candidate, form_ranges, shape_ranges
-from rotorstudy.diagnosis.search.shape_fit import Fitted, Work, as_fit, ranges_of, shaped
-from rotorstudy.inference.fit import Fit, chi_square_cost, chi_square_p_value
+from rotorstudy.diagnosis.search.shape_fit import Fitted, Work, ranges_of
+from rotorstudy.inference.fit import Fit, chi_square_cost
 from rotorstudy.model.structure import Structure
 from rotorstudy.units import ANY_ANGLE, ends_of_interval, unit_ending
 
@@ -43,7 +42,7 @@ def is_same(work: Work, one: Fitted, other: Fitted) -> bool:
     """Whether two fits have the same laws, and shapes within their uncertainty, in any order."""
     if one.variant != other.variant:
         return False
-    pairs = (sorted(shaped(work, fitted), key=lambda c: (c.cause, *c.shape.values())) for fitted in (one, other))
+    pairs = (sorted(fitted.causes, key=lambda c: (c.cause, *c.shape.values())) for fitted in (one, other))
     for a, b in zip(*pairs, strict=True):
         if a.where != b.where:
             return False
@@ -61,27 +60,20 @@ def identified(work: Work, best: Fitted, tried: list[Fitted]) -> Identified:
     """The Identified of a fit, the best of all that were tried."""
     misfits = {}
     for one in tried:
-        misfits[one.variant] = min(misfits.get(one.variant, np.inf), one.cost - best.cost)
-    least, elsewhere = best.cost + chi_square_cost(1 - LIKELY, sum(len(cause.shape) for cause in best.causes)), [best]
+        misfits[one.variant] = min(misfits.get(one.variant, np.inf), one.fit.cost - best.fit.cost)
+    least = best.fit.cost + chi_square_cost(1 - LIKELY, sum(len(cause.shape) for cause in best.causes))
+    elsewhere = [best]
     for one in tried:
-        if one.minimum.converged[0] and one.cost <= least and not any(is_same(work, one, known) for known in elsewhere):
+        if one.fit.converged and one.fit.cost <= least and not any(is_same(work, one, known) for known in elsewhere):
             elsewhere.append(one)
-    found = _as_identified(work, best)._replace(misfits=misfits)
-    found = found._replace(elsewhere=tuple(_as_identified(work, one) for one in elsewhere[1:]))
+    best, *others = (Identified(*one, one.fit.p_value, {}, work.rig.structure) for one in elsewhere)
+    found = best._replace(misfits=misfits, elsewhere=tuple(others))
     if len(found.causes) == 1 and form_ranges(found.cause.effect).keys() & found.cause.shape.keys():
         over = over_forms(work, found.fit, found.cause, laws_of(work, found.cause))
         if over is not None:
             cause = found.cause._replace(shape=over.cause.shape, shape_std=over.cause.shape_std)
             found = found._replace(causes=(cause,), stated=over.stated, intervals=over.intervals)
     return found
-
-
-def _as_identified(work, one):
-    """The Identified of a Fitted alone, with the covariance of its amplitudes beside its shapes."""
-    data, count = 2 * work.spectrum.amplitude.size, len(one.amplitudes)
-    slopes, covariance = one.minimum.jacobian[0, :data, :count], one.covariance[:count, :count]
-    fitted = replace(as_fit(work, one), jacobian=slopes, covariance=covariance)
-    return Identified(shaped(work, one), fitted, chi_square_p_value(one.cost, data), {}, work.rig.structure)
 
 
 def interval_of(found: Identified, name: str) -> tuple[float, float]:

@@ -20,17 +20,14 @@ from rotorstudy.diagnosis.search.moves import in_best_shapes
 from rotorstudy.diagnosis.search.search import begin
 from rotorstudy.diagnosis.search.shape_fit import (
     CLOSELY,
-    as_fit,
     check_together,
     fitted_from,
     point_of,
     ranges_of,
     reshaped,
-    shaped,
 )
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.errors import CannotAct, NoConvergenceError, NoSteadyState, RotorstudyError
-from rotorstudy.inference.fit import chi_square_p_value
 from rotorstudy.inference.levenberg_marquardt import HYPOTHESIS
 from rotorstudy.inference.prediction import with_model_error
 from rotorstudy.measurement.spectrum import Spectrum
@@ -77,7 +74,7 @@ def _identified(begun, spectrum, plugin, count):
     if not laws:
         raise RotorstudyError(f"{plugin.name} cannot act on this rotor at any place")
     found = _fitted(work, _first_starts(begun, laws))
-    if count == 1 and not _explains(work, found[0]):
+    if count == 1 and not _explains(found[0]):
         found = _searched_further(work, begun, plugin, laws, found)
     else:
         found = _also_elsewhere(work, laws, found)
@@ -85,7 +82,7 @@ def _identified(begun, spectrum, plugin, count):
         found = _sorted([*found, *_tried(work, _across(work, found[0]), CLOSELY)])
     for number in range(2, count + 1):
         more, known = _labelled(work, laws, f"cause {number}"), _by_turns(found)[: FURTHER[0]]
-        beside = [start for one in known for start in _starts(work, as_fit(work, one), more, one.causes)]
+        beside = [start for one in known for start in _starts(work, one.fit, more, one.causes)]
         found = _also_elsewhere(work, laws, _fitted(work, beside))
     if count > 1 and form:  # alone, one of some form imitates several
         found = _fitted(work, [_with_form(work, one) for one in found[: FURTHER[0]]])
@@ -99,10 +96,10 @@ def _searched_further(work, begun, plugin, laws, found):
     """
     formulas = _alternatives(work, plugin, candidates.formulas_of(plugin.name))
     published = _fitted(work, _first_starts(begun, formulas), found)
-    if _explains(work, published[0]) and found[0].cost > FURTHER[1] * published[0].cost:
+    if _explains(published[0]) and found[0].fit.cost > FURTHER[1] * published[0].fit.cost:
         return published
     found = _also_elsewhere(work, laws, _fitted(work, _starts(begun, begun.base, laws), found))
-    return found if _explains(work, found[0]) else _sorted([*found, *published])
+    return found if _explains(found[0]) else _sorted([*found, *published])
 
 
 def _first_starts(work, laws):
@@ -138,7 +135,7 @@ def _labelled(work, laws, label):
 
 def _across(work, one):
     """Starts on the other side of a node that the cause of a fit is near: a fit ends there, as moments have a kink."""
-    (cause,), starts = shaped(work, one), []
+    (cause,), starts = one.causes, []
     for i, (name, ends) in enumerate(ranges_of(work, cause).items()):
         std = cause.shape_std[name] / ends.slope(cause.shape[name])
         for way, end in zip((-1, 1), ends.between_breaks(point_of(work, cause)[i]), strict=True):
@@ -147,7 +144,7 @@ def _across(work, one):
             if 0 < end < 1 and ends.breaks and away < SAME * std:
                 point[i] = end + way * max(away, std)
                 with suppress(CannotAct):  # such as at another disc
-                    starts.append(((reshaped(work, cause, point),), one.amplitudes))
+                    starts.append(((reshaped(work, cause, point),), one.fit.free))
     return starts
 
 
@@ -155,11 +152,11 @@ def _with_form(work, one):
     """(causes, amplitudes) of a fit, each cause with a form in the middle of its ranges."""
     causes = [in_form(work, cause) for cause in one.causes]
     means = [mean for cause in causes for mean, _ in cause.prior.values()]
-    return causes, np.concatenate([one.amplitudes[: len(work.prior.names)], means])
+    return causes, np.concatenate([one.fit.free[: len(work.prior.names)], means])
 
 
-def _explains(work, one):
-    return chi_square_p_value(one.cost, 2 * work.spectrum.amplitude.size) >= EXPLAINED
+def _explains(one):
+    return one.fit.p_value >= EXPLAINED
 
 
 def _fitted(work, starts, known=()):
@@ -167,12 +164,12 @@ def _fitted(work, starts, known=()):
     found = _tried(work, starts, LOOK)
     if not found and not known:
         raise RotorstudyError(next(iter(work.broken), "no shape of the cause gives a steady motion of this rotor"))
-    least, close = min(one.cost for one in [*found, *known]), []
+    least, close = min(one.fit.cost for one in [*found, *known]), []
     for one in _by_turns(found):
-        near = one.cost <= FURTHER[1] * least and len(close) < FURTHER[0]
+        near = one.fit.cost <= FURTHER[1] * least and len(close) < FURTHER[0]
         if near and not any(is_same(work, one, other) for other in [*close, *known]):
-            close += _tried(work, [(one.causes, one.amplitudes)], CLOSELY)
-            least = min([least, *(other.cost for other in close)])
+            close += _tried(work, [(one.causes, one.fit.free)], CLOSELY)
+            least = min([least, *(other.fit.cost for other in close)])
     return _sorted([*close, *known, *found])
 
 
@@ -185,7 +182,7 @@ def _by_turns(found):
 
 
 def _sorted(found):
-    return sorted(found, key=lambda one: one.cost)
+    return sorted(found, key=lambda one: one.fit.cost)
 
 
 def _tried(work, starts, convergence):
@@ -201,13 +198,13 @@ def _also_elsewhere(work, laws, found):
     """The fits with those of shapes elsewhere, judged at the motion of the best one, the best first."""
     for _ in range(ROUNDS):
         best, starts = found[0], []
-        reach = FURTHER[1] * best.cost if _explains(work, best) else np.inf
-        close = [one.causes[-1].variant for one in found if one.cost <= reach]
-        whole, near = as_fit(work, best), [cause for cause in laws if cause.variant in close]
+        reach = FURTHER[1] * best.fit.cost if _explains(best) else np.inf
+        close = [one.causes[-1].variant for one in found if one.fit.cost <= reach]
+        near = [cause for cause in laws if cause.variant in close]
         for gone in best.causes:
             others = tuple(one for one in best.causes if one is not gone)
-            starts += _starts(work, whole, _labelled(work, near, gone.term.label), others, gone.names)
-        if len(best.causes) > 1 and not _explains(work, best):  # what the rig took up of one may hold the others there
+            starts += _starts(work, best.fit, _labelled(work, near, gone.term.label), others, gone.names)
+        if len(best.causes) > 1 and not _explains(best):  # what the rig took up of one may hold the others there
             starts += [_as_known(work, *start) for start in starts]
         found = _fitted(work, starts, found)
         if found[0] is best or is_same(work, found[0], best):

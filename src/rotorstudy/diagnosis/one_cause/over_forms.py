@@ -105,8 +105,6 @@ def over_forms(
         wider = every[-1] if every else None
         other = -2 * wider.log_evidence if wider else np.inf  # a law that leaves as much has less evidence
         one = _weighted(shapes._replace(law=law, other=other), starts, wider)
-        if wider:
-            every[-1] = wider._replace(known={})  # whose columns are large
         every += [one] if one else []
     found = [one for one in every if one.weight is not None]
     if not found:
@@ -136,15 +134,12 @@ def _weighted(shapes, starts, wider=None):
     wanted = [starts[0, at], *(x for x in FORMS if x != starts[0, at])]
     for _ in range(1 + CLOSER):
         for x in wanted:
-            if x in begun:
-                likely = likely_of(begun[x], along)
-                start = *beyond(likely, along), likely
-            elif known:
-                likely = likely_of(known[min(known, key=lambda other, x=x: abs(other - x))], along)
+            near = begun.get(x) or (known and known[min(known, key=lambda other, x=x: abs(other - x))])
+            start = [starts]
+            if near:
+                likely = likely_of(near, along)
                 start = [np.concatenate(both) for both in zip(likely[:2], beyond(likely, along), strict=True)]
                 start[0][:, at] = x
-            else:
-                start = (starts,)
             known[x] = shapes.over_places(*start)
         forms = np.sort(list(known))
         wanted = halfway(forms, np.array([known[x].cost.min(initial=np.inf) for x in forms]), shapes.other)[0]

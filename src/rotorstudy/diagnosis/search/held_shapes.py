@@ -34,10 +34,6 @@ class Shapes(NamedTuple):
     covariance: np.ndarray  # (row, option + unknown, option + unknown) of both, zero of options that are held
     cost: np.ndarray  # (row,) misfit and penalty
     log_volume: np.ndarray  # (row,) of the posterior of the rest beside that of the prior
-    # what these follow from: points of the last columns (row, unknown, component) and slopes (row, option, component)
-    linearised: np.ndarray
-    columns: np.ndarray
-    slopes: np.ndarray
 
     def part(self, rows) -> "Shapes":
         """Some of the rows."""
@@ -83,18 +79,12 @@ class HeldShapes(NamedTuple):
         """(option,) whether one that is not held is an angle."""
         return np.array([ends.goes_around for ends in self.ranges.values()])[self.free]
 
-    def over_places(self, points, amplitudes=None, known=None):
+    def over_places(self, points, amplitudes=None):
         """Shapes from points (row, option), and at positions between them, all that are inside their ranges.
 
-        amplitudes : as of `fitted`;  known : Shapes of another law with the same columns, from which others begin
+        amplitudes : as of `fitted`
         """
-        along = self.held[1]
-        if known is None:
-            found = self.fitted(points, amplitudes)
-        else:
-            likely = self.fitted(known.linearised, known.amplitudes, known=known)
-            beside = self._replace(other=likely.cost.min(initial=self.other))
-            found = likely.with_more(beside.fitted(points, amplitudes))
+        along, found = self.held[1], self.fitted(points, amplitudes)
         for _ in range(CLOSER):
             x, near = halfway(found.points[:, along], found.cost, self.other)
             if not len(x):
@@ -118,30 +108,25 @@ class HeldShapes(NamedTuple):
             points = np.array([tried[max(rows)[1]] for rows in best.values()])
         return points
 
-    def fitted(self, points, amplitudes=None, reach=2 * UNLIKELY, known=None):
+    def fitted(self, points, amplitudes=None, reach=2 * UNLIKELY):
         """Shapes from points (row, option), without those in which the cause cannot act.
 
         amplitudes : (row, unknown) of the starts, by default their usual ones
         reach      : a shape is given up whose next step would leave the misfit larger than the best by more
-        known      : Shapes with the columns and slopes at these points
         """
         free, around, rows, points = self.free, self.around, len(points), points.copy()
-        usual, residual = self._prior[0], self.projection.residual
+        usual = self._prior[0]
         amplitudes = np.tile(usual, (rows, 1)) if amplitudes is None else amplitudes.copy()
         size, nowhere = points.shape[1] + len(usual), np.full(rows, np.inf)
-        nothing = np.zeros((rows, len(usual), len(residual))), np.zeros((rows, len(free), len(residual)))
         given = points.copy(), amplitudes.copy(), np.zeros((rows, size, size))
-        found, active = Shapes(*given, nowhere, -nowhere, points.copy(), *nothing), np.arange(rows)
-        for number in range(STEPS):
-            is_known = known is not None and number == 0
-            causes, usable = ([], np.arange(rows)) if is_known else self.reshaped(points[active])
+        found, active = Shapes(*given, nowhere, -nowhere), np.arange(rows)
+        for _ in range(STEPS):
+            causes, usable = self.reshaped(points[active])
             active = active[usable]
             if not len(active):
                 break
             at = points[active], amplitudes[active]
-            columns, slopes = (known.columns, known.slopes) if is_known else self.columns(causes, *at)
-            # of slopes with other amplitudes the first step is not the last
-            here, step, least, is_last = self._solved(points[active], columns, slopes, may_end=not is_known)
+            here, step, least = self._solved(points[active], *self.columns(causes, *at))
             is_better = here.cost < found.cost[active]
             for best, new in zip(found, here, strict=True):
                 best[active[is_better]] = new[is_better]
@@ -151,8 +136,8 @@ class HeldShapes(NamedTuple):
             moved = np.where(around, moved, np.clip(moved, 0, 1))
             points[np.ix_(active, free)] = moved
             amplitudes[active] = np.where(is_taken, here.amplitudes, amplitudes[active])
-            is_stuck = np.abs(moved - before).max(axis=1) < SAME
-            active = active[~is_last & ~is_stuck & (least < found.cost.min(initial=self.other) + reach)]
+            is_last = (np.abs(step).max(axis=1) < CLOSE) | (np.abs(moved - before).max(axis=1) < SAME)
+            active = active[~is_last & (least < found.cost.min(initial=self.other) + reach)]
         return found.part(np.isfinite(found.cost))
 
     @property
@@ -160,13 +145,12 @@ class HeldShapes(NamedTuple):
         """Means and standard deviations (2, unknown) of the amplitudes before anything is measured."""
         return np.array([self.law.prior[name] for name in self.law.names]).T
 
-    def _solved(self, points, columns, slopes, may_end):
+    def _solved(self, points, columns, slopes):
         """Shapes with the best amplitudes at points (row, option), and what follows.
 
-        A step that is short is the last one, which the Shapes include, unless it may not end there.
+        A step that is short is the last one, which the Shapes include.
 
-        returns : them; step (row, option) of what is not held; misfit (row,) after it to first order; whether it is the
-                  last one
+        returns : them; step (row, option) of what is not held; misfit (row,) after it to first order
         """
         (mean, std), count, size = self._prior, columns.shape[1], points.shape[1] + columns.shape[1]
         # from the middle of the prior, whose standard deviation is the range
@@ -181,14 +165,14 @@ class HeldShapes(NamedTuple):
         whole = np.sum(left**2, axis=1) + np.sum(off**2, axis=1)
         cost, least = (whole - np.sum(one * right[:, : one.shape[1]], axis=1) for one in (unmoved, best))
         step = best[:, count:]
-        is_last = (np.abs(step).max(axis=1) < CLOSE) & may_end
+        is_last = np.abs(step).max(axis=1) < CLOSE
         moved, spread = points.copy(), np.zeros((len(points), size, size))
         moved[:, self.free] += np.where(is_last[:, None], step, 0.0)
         place, sizes = [*range(points.shape[1], size), *self.free], np.concatenate([std, np.ones(slopes.shape[1])])
         spread[np.ix_(range(len(points)), place, place)] = covariance * np.outer(sizes, sizes)
         amplitudes, log_volume = mean + std * best[:, :count], -0.5 * narrowed
         cost = np.where(is_last, least, cost)
-        return Shapes(moved, amplitudes, spread, cost, log_volume, points, columns, slopes), step, least, is_last
+        return Shapes(moved, amplitudes, spread, cost, log_volume), step, least
 
     def reshaped(self, points, label="shape"):
         """The law at points (row, option), and the rows where it can act."""

@@ -10,9 +10,8 @@ import numpy as np
 from rotorstudy.diagnosis.search.candidates import Candidate, form_ranges, shape_ranges, with_priors, with_shape
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.errors import CannotAct, NoConvergenceError, NoSteadyState
-from rotorstudy.inference.fit import Fit, fit
-from rotorstudy.inference.levenberg_marquardt import ESTIMATE, HYPOTHESIS, Convergence, Minimum, levenberg_marquardt
-from rotorstudy.inference.linear import invert
+from rotorstudy.inference.fit import Fit, fit_each
+from rotorstudy.inference.levenberg_marquardt import ESTIMATE, HYPOTHESIS, Convergence
 from rotorstudy.inference.prediction import shown_and_slopes
 from rotorstudy.inference.prior import Prior
 from rotorstudy.measurement.spectrum import Spectrum
@@ -39,26 +38,10 @@ class Work(NamedTuple):
 
 
 class Fitted(NamedTuple):
-    """Causes in their best shapes, and the Minimum of all amplitudes and of the shapes."""
+    """Causes in their best shapes, with the standard deviations of these, and the Fit of all amplitudes beside them."""
 
     causes: tuple[Candidate, ...]
-    minimum: Minimum
-
-    @property
-    def cost(self) -> float:
-        """Misfit and penalty."""
-        return float(self.minimum.cost[0])
-
-    @property
-    def amplitudes(self) -> np.ndarray:
-        """(parameter,) those of the rig, then those of the causes."""
-        theta = self.minimum.theta[0]
-        return theta[: len(theta) - sum(len(cause.shape) for cause in self.causes)]
-
-    @property
-    def covariance(self) -> np.ndarray:
-        """(parameter, parameter) of the amplitudes, then of the shapes as fractions of their ranges."""
-        return invert(self.minimum.jacobian[0].T @ self.minimum.jacobian[0])
+    fit: Fit  # with the penalty of the shapes, too
 
     @property
     def variant(self) -> str:
@@ -143,30 +126,25 @@ def fitted_from(
                 raise NoConvergenceError(f"{causes[0].label}: {error}") from None
             raise NoSteadyState(str(error)) from None
 
-    found = levenberg_marquardt(
+    (found,) = fit_each(
         predict,
-        work.spectrum.whitened(work.spectrum.amplitude)[None],
-        np.concatenate([amplitudes, *points])[None],
-        prior.names,
-        prior=prior,
+        work.spectrum.whitened(work.spectrum.amplitude),
+        prior,
+        [np.concatenate([amplitudes, *points])],
         bounds=np.concatenate(bounds).T,
         convergence=convergence,
     )
-    shapes = np.split(found.theta[0, count:], ends)
-    return Fitted(tuple(causes_at(work, causes, found.theta[0], shapes)), found)
-
-
-def as_fit(work: Work, one: Fitted) -> Fit:
-    """The Fit at the values of a Fitted, its causes in their shapes."""
-    model, prior = work.whole.plus(*(cause.term for cause in one.causes)), with_priors(work.prior, one.causes)
-    return fit(model, work.spectrum, prior, start=model.filled(prior.names, one.amplitudes), steps=0)
-
-
-def shaped(work: Work, one: Fitted) -> tuple[Candidate, ...]:
-    """The causes of a fit, with the standard deviations of their shapes."""
-    std = np.sqrt(np.diag(one.covariance))[len(one.amplitudes) :]
-    ends = np.cumsum([len(cause.shape) for cause in one.causes])[:-1]
-    return tuple(map(with_shape_std, one.causes, (ranges_of(work, c) for c in one.causes), np.split(std, ends)))
+    here = causes_at(work, causes, found.free, np.split(found.free[count:], ends))
+    stds = np.split(np.sqrt(np.diag(found.covariance))[count:], ends)
+    there = tuple(map(with_shape_std, here, (ranges_of(work, c) for c in here), stds))
+    of_amplitudes = {
+        "prior": with_priors(work.prior, there),
+        "free": found.free[:count],
+        "covariance": found.covariance[:count, :count],
+        "jacobian": found.jacobian[:, :count],
+    }
+    model = work.whole.plus(*(cause.term for cause in there))
+    return Fitted(there, Fit(**vars(found) | of_amplitudes, model=model))
 
 
 def with_shape_std(cause: Candidate, ranges: dict, std: np.ndarray) -> Candidate:
