@@ -10,7 +10,7 @@ from rotorstudy import build_model
 from rotorstudy.diagnosis import investigate
 from rotorstudy.diagnosis.search.candidates import candidate, shape_ranges, with_shape, with_vibration
 from rotorstudy.diagnosis.search.free_force import FREE_FORCE
-from rotorstudy.diagnosis.search.impossible import AFFINE, is_impossible, is_unseen
+from rotorstudy.diagnosis.search.impossible import is_impossible, is_unseen
 from rotorstudy.diagnosis.search.moves import turns
 from rotorstudy.diagnosis.search.odds import odds_of
 from rotorstudy.diagnosis.search.screening import Projection, screen_each
@@ -18,7 +18,6 @@ from rotorstudy.diagnosis.search.search import begin
 from rotorstudy.diagnosis.search.shape_scan import scan
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.inference.prediction import with_model_error
-from rotorstudy.response.alternating import affine_error
 from rotorstudy.response.neighbourhood import carried_motion
 
 pytestmark = pytest.mark.usefixtures("right_conventions")
@@ -160,20 +159,17 @@ def explained(stiffness, **changes):
     spectrum = shown(MODEL.plus(cause.term), np.append(MODEL.theta, stiffness))
     work = begin(MODEL, spectrum, Settings(uncertainty={"default": 0.02}, leave_out=OTHERS))
     work = replace(work, unstable=np.zeros(len(SPEEDS), bool))
-    return work, work.explain((cause,), {}), cause.term.parameters[0].force
+    return work, work.explain((cause,), {})
 
 
 def test_a_contact_that_opens_is_seen():
-    work, found, _ = explained(6e7)
+    work, found = explained(6e7)
     assert not is_unseen(work, found)
     assert not is_impossible(work, found)
 
 
 def test_a_contact_that_hardly_closes_is_a_stiffness():
-    """It closes for so short a time that a force which is a thousandth off is not seen among the noise."""
-    work, found, force = explained(2e7, lift_m=-0.965 * SWING, play_m=1e-3)
-    motion = carried_motion(found.fit.model, SPEEDS, HARMONICS, found.fit.theta)
-    orders = np.arange(motion.amplitude.shape[1]) - motion.amplitude.shape[1] // 2
-    assert affine_error(force, motion.amplitude, SPEEDS, orders, motion.deflection) > AFFINE
+    """It closes for so short a time that what is no stiffness is not seen among the noise."""
+    work, found = explained(2e7, lift_m=-0.965 * SWING, play_m=1e-3)
     assert is_unseen(work, found)
     assert is_impossible(work, found)

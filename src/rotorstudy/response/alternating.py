@@ -81,18 +81,6 @@ def nonlinear_columns(forces, amplitudes, speed, harmonics, deflection):
     return Columns(*(np.concatenate(part, axis=-1) for part in zip(*found, strict=True)))
 
 
-def affine_error(force, amplitudes, speed, harmonics, deflection):
-    """Share (rms) of a nonlinear force that no affine function of the displacement, one for all speeds, describes."""
-    moved, *others = _seen_in_time(force.matrix, amplitudes, speed, harmonics, deflection)
-    given = force.at(moved, *others)
-    moved, given = moved.reshape(-1, moved.shape[-1]), given.reshape(-1, given.shape[-1])
-    columns = np.concatenate([np.ones((len(moved), 1)), moved, moved.conj()], axis=1)
-    columns = columns / np.linalg.norm(columns, axis=0)
-    left = given - columns @ np.linalg.lstsq(columns, given, rcond=None)[0]
-    size = np.linalg.norm(given)
-    return float(np.linalg.norm(left) / size) if size else 0.0
-
-
 def _real(complex_rows):
     """(speed, harmonic, coordinate, ...) complex as (speed, component, ...) real: real parts, then imaginary parts."""
     flat = complex_rows.reshape(len(complex_rows), -1, *complex_rows.shape[3:])

@@ -5,14 +5,14 @@ from pathlib import Path
 
 import numpy as np
 
-from rotorstudy.diagnosis.search.impossible import unstable_rig
+from rotorstudy.diagnosis.search.impossible import grows
 from rotorstudy.diagnosis.verdict.cause_words import place
 from rotorstudy.diagnosis.verdict.evidence import moved_parameters, parameter_labels
 from rotorstudy.diagnosis.verdict.wide_ranges import wide_ranges
 from rotorstudy.inference.fit import residual_share
 from rotorstudy.inference.prediction import misfit
 from rotorstudy.measurement import findings
-from rotorstudy.units import percent, quantity, spins
+from rotorstudy.units import RAD_PER_S, percent, quantity, spins
 
 # severity: name (which of its kind): words, also of findings on two states or several runs
 WORDS = Path(__file__).with_name("templates") / "findings.txt"
@@ -43,7 +43,10 @@ def findings_of(one, kind):
         yield told("held-out speeds", "diagnosis", speeds=spins(one.surprised.speed))
     if best.like:
         yield told("model-form error", " and ".join(sorted(best.named)), others=" and ".join(sorted(best.like)))
-    yield from unstable_rig(found.unstable, best.fit, found.spectrum.speed)
+    speed = found.spectrum.speed
+    if found.unstable.any() and (unstable := found.unstable & grows(best.fit, speed)).any():
+        at = speed[unstable] / RAD_PER_S["rpm"]
+        yield told("unstable rig", "rig", count=len(at), of=len(speed), low=at.min(), high=at.max())
 
 
 def _far_from_the_rig(found, fitted):
