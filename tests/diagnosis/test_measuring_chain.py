@@ -10,7 +10,7 @@ from machines import all_but, disc, rig_of, spectrum_of, springs, unbalance
 from rotorstudy import build_model
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.diagnosis.verdict.investigate import investigate
-from rotorstudy.diagnosis.verdict.wrong_convention import _accepted, _one_comes_near
+from rotorstudy.diagnosis.verdict.wrong_convention import _accepted
 from rotorstudy.model.structure import Reading
 from rotorstudy.response.statics import static_deflection
 
@@ -124,31 +124,6 @@ def test_a_fault_is_not_taken_for_a_convention(fault):
     assert fault["kind"] in {cause.effect for cause in (*verdict.causes, *verdict.ambiguous_with)}, verdict.summary
 
 
-def refused(*begun):
-    raise AssertionError("searched")
-
-
-def test_no_cause_is_searched_for_where_none_comes_near_a_convention(monkeypatch):
-    monkeypatch.setattr("rotorstudy.diagnosis.verdict.sought.search", refused)
-    verdict = investigate(read_wrongly(measured(), WRONG["turns in the other sense"]), MODEL, settings=QUICK).verdict
-    assert verdict.measuring_chain.log_odds > verdict.measuring_chain.log_odds_of_best_causes
-    assert verdict.candidates > 0 and verdict.detection_limit
-
-
-def test_causes_are_searched_for_where_one_is_the_same_change_of_the_records(monkeypatch):
-    """Negative control: with one node a reversed probe is the other sense of rotation."""
-    one_node = {**RIG, "sensors": [3]}
-    reversed_probe = {"kind": "reversed_probe", "node": 3, "probe": "y", "reversed_probe_y": 1.0}
-
-    monkeypatch.setattr("rotorstudy.diagnosis.verdict.sought.search", refused)
-    for spectrum, model in (
-        (measured(FAULTS[:1]), MODEL),
-        (measured([reversed_probe], rig=one_node), build_model(one_node)),
-    ):
-        with pytest.raises(AssertionError, match="searched"):
-            investigate(spectrum, model, settings=QUICK)
-
-
 def test_a_clean_record_is_not_accused():
     verdict = investigate(measured(), MODEL, settings=QUICK).verdict
     assert verdict.measuring_chain is None and verdict.verdict == "nothing"
@@ -168,14 +143,3 @@ def test_what_a_convention_leaves_is_excused_by_a_fault_once(beside, cost, is_to
     explained = SimpleNamespace(causes=(cause,) * beside, fit=fitted(cost), log_posterior_odds=0.0)
     work = SimpleNamespace(settings=Settings())
     assert (_accepted(tested, explained, fitted(2e6), 0.0, work) is not None) == is_told
-
-
-@pytest.mark.parametrize(("left", "comes_near"), [(1e5, False), (90.0, True)])
-def test_a_cause_where_a_force_comes_near_is_fitted_whatever_its_columns_explain(left, comes_near):
-    """A rig that is fitted far off has columns that explain little: a preload was then taken for a zero."""
-    cause = SimpleNamespace(names=["force"], where={"node": 2}, term=SimpleNamespace(acts_on_output=False))
-    force = SimpleNamespace(where={"node": 2}, left=left)
-    begun = SimpleNamespace(base=SimpleNamespace(cost=2e6), free_forces=[force], candidates=[cause] * 4,
-                            held=lambda causes, start, steps: SimpleNamespace(cost=start["force"]))  # fmt: skip
-    columns = [SimpleNamespace(explained=10.0 - n, start=[2e6 if n < 3 else 80.0]) for n in range(4)]
-    assert _one_comes_near(begun, columns, 900.0) == comes_near

@@ -109,7 +109,9 @@ def test_a_diagnosis_tells_its_progress_also_to_a_file(spectrum, tmp_path, capsy
     data, rig = spectrum
     arguments = ["diagnose", str(data), "--rig", str(rig), "--out", str(tmp_path / "out")]
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("rotorstudy.diagnosis.verdict.sought.search", lambda begun, known: unsearched(begun))
+        patch.setattr(
+            "rotorstudy.diagnosis.verdict.sought.search", lambda begun: replace(unsearched(begun), stopped=False)
+        )
         capsys.readouterr()
         told = command(*arguments).err
         assert main([*arguments, "--quiet"]) == 0

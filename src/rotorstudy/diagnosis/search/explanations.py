@@ -1,9 +1,10 @@
 """Explanations under trial: sets of causes fitted with their shapes and an error of their form, and their odds."""
 
 import logging
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -33,7 +34,6 @@ log = logging.getLogger(__name__)
 
 LIKELY_OUTSIDE = 0.5  # probability of a fault that the library lacks, above which a verdict is unknown
 LEAST_LOG_ODDS = 2.0  # log posterior odds that an explanation needs: seven to one that something is missing
-MODELS_KEPT = 32  # with causes
 NEAR = 0.05  # of the range of an option of a shape: fits from there end alike
 
 
@@ -61,8 +61,6 @@ class Search:
     impossible: dict = field(default_factory=dict)  # the same of those that cannot be true, but may lead to others
     # names of causes that were not fitted -> (names of those of the same faults that were, log of their relative odds)
     unfitted: dict = field(default_factory=dict)
-    # Model without causes, terms of the causes -> Model with them, the last few
-    models: dict = field(default_factory=dict)
     # `place_key` -> Candidate there, in its first shape or made anew; None if it cannot act there
     at_places: dict = field(default_factory=dict)
     # effect -> one line with file and line number, for plugins that failed; the rest was searched
@@ -199,30 +197,30 @@ class Search:
                 odds[like].append(odds_of(best[like]) + relative)
         return [(e, float(np.logaddexp.reduce(odds[named]))) for named, e in best.items()]
 
-    def note_broken(self, causes, error):
-        """Record that an effect cannot be computed: its plugin failed, or what it gave cannot be solved."""
-        if not causes:
-            raise error
-        line, effects = blamed(error), [registry().get("effect", c.effect) for c in causes]
-        guilty = next((one for one in reversed(effects) if one.file in line), effects[-1])
-        self.failures.setdefault(guilty.name, line or f"effect '{guilty.name}' ({guilty.file}): {said(error)}")
+    def tried(self, causes: Sequence[Candidate], step: Callable, *given: Any, otherwise: Any = None):
+        """What a step with some causes returns; else if they cannot act, there is no steady state, or a plugin fails.
+
+        An effect that cannot be computed, as its plugin fails or what it gives cannot be solved, is noted as broken.
+        """
+        try:
+            return step(*given)
+        except (NoSteadyState, CannotAct):
+            return otherwise
+        except Exception as error:
+            if not causes:
+                raise
+            line, effects = blamed(error), [registry().get("effect", c.effect) for c in causes]
+            guilty = next((one for one in reversed(effects) if one.file in line), effects[-1])
+            self.failures.setdefault(guilty.name, line or f"effect '{guilty.name}' ({guilty.file}): {said(error)}")
+            return otherwise
 
     def project(self, fitted: Fit, chosen: list[Candidate], without=(), free=()) -> tuple[Projected, list[Candidate]]:
         """`project`, and the candidates whose columns could be computed; a plugin that fails is recorded as broken."""
         try:
             return project(fitted, self.spectrum, chosen, without, free), chosen
         except Exception:  # of some plugin; one at a time shows of which
-            usable = [one for one in chosen if self._has_columns(fitted, one)]
+            usable = [one for one in chosen if self.tried([one], project, fitted, self.spectrum, [one])]
             return project(fitted, self.spectrum, usable, without, free), usable
-
-    def _has_columns(self, fitted, one):
-        try:
-            return bool(project(fitted, self.spectrum, [one]))
-        except NoSteadyState:
-            return False
-        except Exception as error:
-            self.note_broken([one], error)
-            return False
 
     def screen(self, fitted: Fit, chosen: list[Candidate]) -> list[Screened]:
         """Screened of each candidate at a fit; one whose columns cannot be computed explains nothing."""
@@ -237,12 +235,8 @@ class Search:
         """
         log.debug("fitting %s (%d explanations)", " and ".join(c.cause for c in causes), len(self.found) - 1)
         self.note(self.starts, causes)
-        try:
-            one = fitted_with_form(self, tuple(causes), values)
-        except (NoSteadyState, CannotAct):
-            return None
-        except Exception as error:
-            self.note_broken(causes, error)
+        one = self.tried(causes, fitted_with_form, self, tuple(causes), values)
+        if one is None:
             return None
         self.note(self.starts, one.causes)
         known = self.found.get(one.kind)
@@ -268,31 +262,16 @@ class Search:
         needed  : as of `fit`
         returns : None without a steady state, or if a plugin fails
         """
-        known = with_priors(self.prior, causes)
-        try:
-            start = self.start(causes, values)
-            return fit(self._extended(causes), self.spectrum, known, start=start, steps=steps, needed=needed)
-        except NoSteadyState:
-            return None
-        except Exception as error:
-            self.note_broken(causes, error)
-            return None
-
-    def start(self, causes, values: dict) -> np.ndarray:
-        """(parameter,) of the model extended by some causes: values by name, the stated ones for the others."""
-        extended = self._extended(causes)
+        extended, known = self.model.plus(*(c.term for c in causes)), with_priors(self.prior, causes)
         stated = dict(zip(self.model.names, self.model.stated, strict=True))
         stated |= dict(zip(self.prior.names, self.prior.mean, strict=True)) | values
-        return np.array([stated.get(name, 0.0) for name in extended.names])
+        start = np.array([stated.get(name, 0.0) for name in extended.names])
+        return self.tried(causes, lambda: fit(extended, self.spectrum, known, start, steps, needed=needed))
 
-    def _extended(self, causes):
-        """The model with some causes; the last few are kept, as their tables take as long to form as a response."""
-        key = self.model, *(id(c.term) for c in causes)  # of objects that the kept model holds
-        if key not in self.models:
-            if len(self.models) == MODELS_KEPT:
-                del self.models[next(iter(self.models))]
-            self.models[key] = self.model.plus(*(c.term for c in causes))
-        return self.models[key]
+    def allows(self, causes: Sequence[Candidate]) -> bool:
+        """Whether causes are no more faults than allowed, each named once."""
+        several = len(self.prior_odds.together(causes)) > self.settings.most_causes
+        return not several and len({c.cause for c in causes}) == len(causes)
 
 
 def _fractions(work, causes):

@@ -1,8 +1,8 @@
 """Moves from one explanation to others, with the log odds that each promises to first order.
 
 All are judged at the motion of the explanation, by the columns of the candidates there: a cause more, another one in
-the place of one of its own, the same by another law or facing another side, or one less; two at once at the motion with
-two forces. A cause of many shapes comes in the best ones that a scan finds.
+the place of one of its own, the same by another law or facing another side; two at once at the motion with two forces.
+A cause of many shapes comes in the best ones that a scan finds.
 """
 
 from collections.abc import Iterator, Sequence
@@ -15,7 +15,6 @@ from typing import NamedTuple
 import numpy as np
 
 from rotorstudy.diagnosis.search.candidates import FIXED, Candidate, with_shape
-from rotorstudy.diagnosis.search.contained import is_allowed
 from rotorstudy.diagnosis.search.explanations import Search
 from rotorstudy.diagnosis.search.form import largest_error, largest_errors
 from rotorstudy.diagnosis.search.form_fit import WITHIN
@@ -58,7 +57,7 @@ def moves_from(work: Search, current: Explanation) -> list[list[Proposal]]:
     found = turns(work, current)
     # of one alone, all others were judged at the same motion, unless it changes the films
     if len(current.faults) > 1 or any(p.loads_films for c in current.causes for p in c.term.parameters):
-        found += other_laws(work, current) + removals(current) + exchanges(work, current)
+        found += other_laws(work, current) + exchanges(work, current)
     elif between := [c.effect for c in current.causes if may_lie_between(work, c)]:
         found += exchanges(work, current, [c for c in work.candidates if c.effect in between])
     return [found + additions(work, current, [current.fit])]
@@ -225,7 +224,7 @@ def additions(
 
     largest : error of the form of the cause sought, by default the usual one
     """
-    chosen = [c for c in (work.candidates if among is None else among) if is_allowed(work, (*current.causes, c))]
+    chosen = [c for c in (work.candidates if among is None else among) if work.allows((*current.causes, c))]
     found, form = [], _error_of_form(work, current)
     for plain, has_error in product(fits, (True, False)):
         without = tuple(name for name in plain.names if name == FREE_FORCE)
@@ -295,7 +294,7 @@ def pairs(work: Search) -> list[Proposal]:
         sides.append(best.values())
     for one, other in product(*sides) if sides else ():
         causes, prior = (*one.causes, *other.causes), work.prior_odds.log_odds
-        if is_allowed(work, causes):
+        if work.allows(causes):
             promised = one.log_odds + other.log_odds - prior(one.causes) - prior(other.causes) + prior(causes)
             found.append((promised, Proposal(causes, one.values | other.values, np.inf)))
     return [one for _, one in sorted(found, key=lambda one: -one[0])[:PAIRS]]
@@ -365,7 +364,7 @@ def exchanges(work: Search, current: Explanation, among: Sequence[Candidate] | N
             continue
         work.note(work.rests, rest)
         own = tuple(n for c in gone for n in c.names)
-        chosen = [c for c in every if c.fault != gone[0].fault and is_allowed(work, (*rest, c))]
+        chosen = [c for c in every if c.fault != gone[0].fault and work.allows((*rest, c))]
         wide, fitted = _with_error_of_form(work, whole, _error_of_form(work, current), own)
         free = slopes_of(wide, fitted, rest, own)
         projected, usable = wide.project(fitted, [*chosen, *gone], own, free)
@@ -415,7 +414,7 @@ def shifts(work: Search, current: Explanation) -> list[tuple[tuple[Candidate, ..
                 if all(there in other for other in places):
                     with suppress(CannotAct):
                         found.append(_at_another_place(work, current, here, [other[there] for other in places]))
-    return [one for one in found if is_allowed(work, one[0])]
+    return [one for one in found if work.allows(one[0])]
 
 
 def _at_another_place(work, current, here, others):
@@ -438,14 +437,4 @@ def other_laws(work: Search, current: Explanation) -> list[Proposal]:
                 other = with_shape(work.rig, law, cause.shape, work.settings.prior_width)
                 values = {n: v for n, v in current.fit.values.items() if n not in cause.names}
                 found.append(Proposal((*current.causes[:i], other, *current.causes[i + 1 :]), values, np.inf))
-    return found
-
-
-def removals(current: Explanation) -> list[Proposal]:
-    """One fault less."""
-    found = []
-    for gone in faults_of(current.causes).values():
-        names = {c.cause for c in gone}
-        rest = tuple(c for c in current.causes if c.cause not in names)
-        found += [Proposal(rest, current.fit.values, np.inf)] if rest else []
     return found

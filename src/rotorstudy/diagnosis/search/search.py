@@ -1,4 +1,4 @@
-"""The search for causes: from the best explanations so far to others, by one cause more, another, or one less.
+"""The search for causes: from the best explanations so far to others, by one cause more or another.
 
 Every explanation is fitted with an error of the form of its causes (`form.py`) and judged by its posterior odds, which
 are all that counts. The search tries the moves from the best explanation, and its faults at the next places along the
@@ -6,21 +6,20 @@ shaft, until nothing leads to a better one.
 """
 
 import logging
-from collections.abc import Sequence
+from collections import Counter
 from dataclasses import replace
 from itertools import chain, zip_longest
 
 import numpy as np
 
-from rotorstudy.diagnosis.search.candidates import candidates, place_key, with_shape, with_vibration
+from rotorstudy.diagnosis.search.candidates import candidates, place_key, with_vibration
 from rotorstudy.diagnosis.search.explanations import LEAST_LOG_ODDS, Search
 from rotorstudy.diagnosis.search.form_fit import WITHIN
 from rotorstudy.diagnosis.search.free_force import free_forces
 from rotorstudy.diagnosis.search.impossible import grows, is_impossible
-from rotorstudy.diagnosis.search.moves import Proposal, loading_films, moves_from, pairs, shifts, single_causes
+from rotorstudy.diagnosis.search.moves import loading_films, moves_from, pairs, shifts, single_causes
 from rotorstudy.diagnosis.search.odds import Explanation, kind_of, odds_of
 from rotorstudy.diagnosis.search.run_to_run import of_change
-from rotorstudy.diagnosis.search.shape_fit import ranges_of
 from rotorstudy.diagnosis.search.shown_forces import with_vibrations
 from rotorstudy.diagnosis.search.stretches import may_lie_between
 from rotorstudy.diagnosis.settings import Settings
@@ -39,7 +38,6 @@ REACH = 10.0  # log odds below the best, beyond which an explanation cannot chan
 ROUNDS = 12  # of moves, at most
 UNFULFILLED = 4  # proposals beside known causes that in succession do not raise the odds; the next promise less
 ALONE = 5  # single faults beside which a second one is sought, if none of them explains the records
-ANOTHER_SIDE = 0.125  # of the range of an angle: shapes that differ by more are both fitted
 BETTER = 10.0  # log odds that the same effects must gain before moves are tried from them again
 OF_AN_EFFECT = 2  # proposals of the same effects and laws that are fitted from one explanation
 
@@ -113,17 +111,15 @@ def _nearer_without_causes(base, spectrum, forces):
 
 
 def unsearched(begun: Search) -> Search:
-    """A Search that ends without causes; of the candidates it says only how large they would have to be."""
-    screened = begun.screen(begun.base, begun.candidates)
-    stable = np.zeros(len(begun.spectrum.speed), bool)  # values fitted to records read wrongly say nothing of the rig
-    return replace(begun, screened=screened, unstable=stable)
+    """A Search stopped before it began; of the candidates it says only how large they would have to be."""
+    stable = np.zeros(len(begun.spectrum.speed), bool)
+    return replace(begun, screened=begun.screen(begun.base, begun.candidates), unstable=stable, stopped=True)
 
 
-def search(begun: Search, known: Sequence[Explanation] = ()) -> Search:
+def search(begun: Search) -> Search:
     """A search carried out: explanations of a spectrum by up to `most_causes` faults.
 
     begun   : as `begin` returns it
-    known   : explanations of other speeds of the same run; if one of them explains these too, the search begins there
     returns : Search without explanations that are impossible. A broken plugin raises nothing: see `Search.broken`.
               After Ctrl-C it has what was found so far.
     """
@@ -132,9 +128,6 @@ def search(begun: Search, known: Sequence[Explanation] = ()) -> Search:
     log.info("searching %d candidates", len(work.candidates))
     tried, possible, shifted = [], {frozenset()}, set()
     try:
-        if known:
-            _fit_best(work, [[_proposed_again(work, one) for one in known]], possible)
-            tried += [[work.nothing]] if work.best.causes and not work.is_doubtful else []
         while len(tried) < ROUNDS:
             drop_impossible(work, possible)
             if current := _due(work, [one for some in tried for one in some]):
@@ -166,18 +159,6 @@ def with_one_cause(work: Search) -> list[Explanation]:
 def is_asked_to_stop(error):
     """Whether an exception is that of Ctrl-C, after which what was found is kept, and not of a termination."""
     return type(error) is KeyboardInterrupt
-
-
-def _proposed_again(work, one):
-    """The Proposal of an Explanation of other speeds, of which the usual sizes are others."""
-    causes = tuple(with_shape(work.rig, c, c.shape, work.settings.prior_width) for c in one.causes)
-    return Proposal(causes, one.fit.values, np.inf)
-
-
-def near_best(work: Search) -> list[Explanation]:
-    """The explanations within reach of the best, the best first."""
-    least = max(map(odds_of, work.explanations)) - WITHIN
-    return sorted((e for e in work.explanations if e.causes and odds_of(e) >= least), key=odds_of, reverse=True)
 
 
 def _due(work, tried):
@@ -222,14 +203,14 @@ def _fit_best(work, groups, possible=None):
 
     groups : lists of Proposals;  possible : as of `drop_impossible`, if what cannot be true is dropped
     """
-    chosen, often = [], {}
+    chosen, often, unfulfilled = {}, Counter(), 0
     for one in filter(None, chain.from_iterable(zip_longest(*(_near(work, proposals) for proposals in groups)))):
         effects = frozenset((c.effect, *c.variant.values()) for c in one.causes)
-        if often.get(effects, 0) < OF_AN_EFFECT and not any(_face_alike(work, one, other) for other in chosen):
-            often[effects] = often.get(effects, 0) + 1
-            chosen.append(one)
-    unfulfilled = 0
-    for one in chosen[: work.settings.candidates_per_round]:
+        kind = kind_of(one.causes)  # fits from other places and sizes of the same side mostly end alike
+        if kind not in chosen and often[effects] < OF_AN_EFFECT:
+            often[effects] += 1
+            chosen[kind] = one
+    for one in [*chosen.values()][: work.settings.candidates_per_round]:
         before = max(map(odds_of, work.explanations))
         if work.was_tried(work.starts, one.causes):
             continue
@@ -282,20 +263,6 @@ def _shift(work, shifted, possible):
     return best is not first
 
 
-def _face_alike(work, one, other):
-    """Whether two Proposals are of the same causes by the same laws, of which no angle differs by much.
-
-    Fits from other places and sizes of the same side mostly end alike.
-    """
-    known, off = {c.cause: c.shape for c in other.causes}, []
-    if known.keys() != {c.cause for c in one.causes} or _laws(one) != _laws(other):
-        return False
-    for c in (c for c in one.causes if c.shape):
-        around = {name: ends for name, ends in ranges_of(work, c).items() if ends.goes_around}
-        off += [(c.shape[name] - known[c.cause][name]) / (ends.high - ends.low) for name, ends in around.items()]
-    return bool(np.all(np.abs(np.array(off) - np.round(off)) < ANOTHER_SIDE))
-
-
 def _note_unfitted(work, proposals):
     """Keep how likely causes are that were not fitted, relative to the same faults at a place that was.
 
@@ -335,7 +302,7 @@ def drop_impossible(work: Search, possible: set[frozenset]) -> None:
     while True:
         least = odds_of(work.best) - REACH
         near = {key: e for key, e in work.found.items() if key not in possible and odds_of(e) >= least}
-        impossible = [key for key, e in near.items() if _is_impossible(work, e)]
+        impossible = [key for key, e in near.items() if work.tried(e.causes, _is_impossible, work, e, otherwise=True)]
         for key in impossible:
             work.impossible[key] = work.found.pop(key)
         possible |= near.keys() - set(impossible)
@@ -344,11 +311,4 @@ def drop_impossible(work: Search, possible: set[frozenset]) -> None:
 
 
 def _is_impossible(work, explanation):
-    """`is_impossible`, or whether that cannot be computed."""
-    try:
-        return is_impossible(replace(work, spectrum=explanation.spectrum), explanation)
-    except NoSteadyState:
-        return True
-    except Exception as error:
-        work.note_broken(explanation.causes, error)
-        return True
+    return is_impossible(replace(work, spectrum=explanation.spectrum), explanation)

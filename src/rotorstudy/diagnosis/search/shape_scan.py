@@ -111,27 +111,16 @@ def scan(
               those whose plugin fails, which is recorded as broken
     """
     projection, motions, coarse = Projection(fitted, work.spectrum, without, free), {}, {}
-
-    def tried(cause, step, *given):
-        """What a step returns; nothing without a steady state, or if the plugin fails."""
-        try:
-            return step(*given)
-        except NoSteadyState:
-            return []
-        except Exception as error:
-            work.note_broken([cause], error)
-            return []
-
     for cause in chosen:
         one = _Scan(work, cause, projection, plain or fitted, motions, bool(without), away)
-        if best := tried(cause, one.first):
+        if best := work.tried([cause], one.first):
             coarse.setdefault(cause.effect, []).append((one, best))
     found, whole = [], float(projection.residual @ projection.residual)
     for places in coarse.values():
         places.sort(key=lambda place: -place[1][0].screened.evidence)
         for one, best in places[:REFINED]:
             if away is not None or most or best[0].screened.explained > LEAST_SEEN * whole:
-                found += tried(one.cause, one.refined, best, most)
+                found += work.tried([one.cause], one.refined, best, most, otherwise=[])
     return found
 
 

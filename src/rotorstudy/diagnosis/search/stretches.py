@@ -4,7 +4,6 @@ from contextlib import suppress
 from itertools import product
 
 from rotorstudy.diagnosis.search.candidates import Candidate, candidate, place_key
-from rotorstudy.diagnosis.search.contained import is_allowed
 from rotorstudy.errors import CannotAct
 
 REFINED = 6  # stretches from which others are sought: linear columns tell only roughly which is the best
@@ -41,7 +40,7 @@ def between_candidates(work, judge, project, found: list) -> list:
         while step:
             near = [one.causes[-1] for one in _best(known)]
             near = [c for one in near if _is_stretch(work, one) for c in _neighbours(work, one, step)]
-            new = {c.label: c for c in near if c.label not in known and is_allowed(work, (*judge.rest, c))}
+            new = {c.label: c for c in near if c.label not in known and work.allows((*judge.rest, c))}
             best = _best(known)[0]
             if new:
                 known |= {one.causes[-1].label: one for one in judge.alone(*project([*new.values()]))}

@@ -86,7 +86,7 @@ def _best_sought(spectrum, hold_out, model, settings, failed):
     first = seek(*split(spectrum, hold_out), model, settings, failed)
     if hold_out is not None or not first.is_surprised(settings.significance):
         return first
-    again = seek(*split(spectrum, None, others=True), model, settings, failed, before=first)
+    again = seek(*split(spectrum, None, others=True), model, settings, failed)
     if again.judged.stopped:
         return first._replace(judged=replace(first.judged, stopped=True))
     return again._replace(surprised=first.held) if again.surprise.misfit < first.surprise.misfit else first

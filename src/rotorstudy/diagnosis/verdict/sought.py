@@ -9,11 +9,11 @@ import numpy as np
 from rotorstudy.diagnosis.search.explanations import LIKELY_OUTSIDE, Search
 from rotorstudy.diagnosis.search.film_error import with_film_error
 from rotorstudy.diagnosis.search.form_by_law import with_other_laws
-from rotorstudy.diagnosis.search.search import begin, is_asked_to_stop, near_best, search, unsearched
+from rotorstudy.diagnosis.search.search import begin, is_asked_to_stop, search, unsearched
 from rotorstudy.diagnosis.verdict.cause_words import force_in_words
 from rotorstudy.diagnosis.verdict.held_out import HeldOutMisfit, expected_of, held_out_misfit, with_held_out
 from rotorstudy.diagnosis.verdict.result import ChainHypothesis
-from rotorstudy.diagnosis.verdict.wrong_convention import Tested, chain_hypothesis, clear_convention, tested_convention
+from rotorstudy.diagnosis.verdict.wrong_convention import Tested, chain_hypothesis, tested_convention
 from rotorstudy.inference.prediction import with_model_error
 from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.units import p_value, percent
@@ -41,15 +41,14 @@ class Sought(NamedTuple):
         return self.surprise is not None and self.surprise.p_value < significance and not known
 
 
-def seek(measured, held, model, settings, failed, before=None):
-    """The Sought of two Spectra, measured and held out; before : that of the same run with other speeds held out."""
+def seek(measured, held, model, settings, failed):
+    """The Sought of two Spectra, measured and held out."""
     kept = settings.model_copy(update={"leave_out": [*settings.leave_out, *failed]})
-    known = near_best(before.found) if before else ()
     begun, moving = _begun(model, with_model_error(measured, kept), kept)
     held = None if held is None else with_film_error(with_model_error(held, settings), *moving)
-    found, chain, tested = _searched(begun, measured, known)
+    found, tested = _searched(begun, measured)
     found.failures.update(failed)
-    return _judged(Sought(found, tested, measured, held, found, chain, None, None))
+    return _judged(Sought(found, tested, measured, held, found, None, None, None))
 
 
 def without_the_best(one: Sought) -> Sought:
@@ -60,10 +59,12 @@ def without_the_best(one: Sought) -> Sought:
 
 def _judged(one):
     """The same with the held-out speeds in its odds."""
-    found, held, chain = one.found, one.held, one.chain
-    if one.tested and not (chain or found.stopped):
-        chain = chain_hypothesis(found, one.tested)
-    judged = replace(found, upheld=False) if chain else with_other_laws(with_held_out(found, held))
+    found, held = one.found, one.held
+    chain = chain_hypothesis(found, one.tested) if one.tested and not found.stopped else None
+    if chain:  # values fitted to records read wrongly say nothing of the rig
+        judged = replace(found, upheld=False, unstable=np.zeros_like(found.unstable))
+    else:
+        judged = with_other_laws(with_held_out(found, held))
     if held is None:
         return one._replace(judged=judged, chain=chain)
     best = judged.best
@@ -84,19 +85,17 @@ def _begun(model, spectrum, settings):
     return (begun if wider is spectrum else begin(model, wider, settings)), moving
 
 
-def _searched(begun, measured, known):
-    """The Search, the ChainHypothesis that explains the records better or None, and the conventions tested or None."""
-    tested, chain = None, None
+def _searched(begun, measured):
+    """The Search, and the conventions tested or None."""
+    tested = None
     try:
         log.info("testing whether conventions of the records are wrongly stated")
         tested = tested_convention(begun, measured) if begun.rig.before is None else None  # shared by both states
-        chain = clear_convention(begun, tested) if tested else None
-        found = unsearched(begun) if chain else search(begun, known)
+        return search(begun), tested
     except KeyboardInterrupt as stop:
         if not is_asked_to_stop(stop):
             raise
-        found = replace(unsearched(begun), stopped=True)
-    return found, chain, tested
+        return unsearched(begun), tested
 
 
 def first_answer(work: Search) -> str:

@@ -18,10 +18,8 @@ from rotorstudy.inference.prediction import carried_order, shown_and_slopes, wit
 from rotorstudy.measurement.spectrum import Spectrum
 
 PRIOR_ODDS = 0.02  # that some convention is stated wrongly, divided among the hypotheses
-TRIAL_STEPS = 5  # of a fit, after which a cause that comes near is known
 LEAST_MARGIN = 5.0  # of log odds over the stated conventions, and over the best causes under them
 FITTED = 3  # number of hypotheses that are fitted, those best when linearised
-CLEAR = 10.0  # times the cost of a hypothesis, which every cause alone must leave so that no search is needed
 SMALL_SHARE = 0.1  # of the excess error (rms), which a right hypothesis may leave alone, as there may be a fault too
 
 
@@ -63,47 +61,6 @@ def tested_convention(begun, spectrum):
         fitted = fit(models[one.other_zero], corrected, prior, start=about, needed=needed)
         tested.append(Tested(one, corrected, fitted, log_factor))
     return max(tested, key=lambda one: one.fit.evidence + one.log_factor)
-
-
-def clear_convention(begun, tested):
-    """The ChainHypothesis that explains the records where no cause comes near, or None. No search is needed to tell it.
-
-    It leaves only noise, alone or with one cause on the rotor, and whatever the causes are that the records show, each
-    alone leaves many times more than it does. `begun` is a Search in which nothing was searched yet.
-    """
-    base, alone = begun.base, tested.fit
-    if _gain(tested, base) < LEAST_MARGIN:
-        return None
-    screened = begun.screen(base, begun.candidates)
-    if _one_comes_near(begun, screened, CLEAR * max(alone.cost, len(alone.residual))):
-        return None
-    explained = Explanation((), alone, 0.0)
-    if alone.is_rejected(begun.settings.significance):
-        explained = max([explained, *_with_one_cause(begun, tested)], key=odds_of)
-    if explained.fit.is_rejected(begun.settings.significance):
-        return None
-    odds = [one.evidence + np.log(begun.prior_odds.of(c)) for c, one in zip(begun.candidates, screened, strict=True)]
-    return _accepted(tested, explained, base, max(odds, default=0.0), begun)
-
-
-def _one_comes_near(begun, screened, cost):
-    """Whether some cause alone leaves less than a cost: linearised, or fitted.
-
-    Fitted are those best when linearised; those that act on the output, which may change the records as a wrong
-    convention does (with one node, a reversed probe is the other sense of rotation); and those where a free force comes
-    near, as columns of a rig that is fitted far off do not tell what they explain.
-    """
-    explained = np.array([one.explained for one in screened])
-    if begun.base.cost - explained.max(initial=0.0) < cost:
-        return True
-    there = [force.where for force in begun.free_forces[:1] if force.left < cost]
-    others = np.flatnonzero([c.term.acts_on_output or c.where in there for c in begun.candidates])
-    for i in dict.fromkeys([*np.argsort(-explained)[:FITTED].tolist(), *others.tolist()]):
-        cause = begun.candidates[i]
-        fitted = begun.held((cause,), dict(zip(cause.names, screened[i].start, strict=True)), TRIAL_STEPS)
-        if fitted is not None and fitted.cost < cost:
-            return True
-    return False
 
 
 def chain_hypothesis(found, tested):
