@@ -8,6 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from rotorstudy.diagnosis.search.screening import Projection
 from rotorstudy.diagnosis.search.search import base_model
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.diagnosis.verdict.findings import told
@@ -92,17 +93,12 @@ def _fitted(after, prepared, start=None, needed=np.inf) -> Fit | None:
 def _linearised(found, after, prepared):
     """Function of angles (angle,), rad -> (angle,) costs with the model linearised about a fit."""
     difference, _, settings = prepared(after)
-    known = np.vstack([found.jacobian, found.prior.whitener])
-    basis, _ = np.linalg.qr(known / np.linalg.norm(known, axis=0))
-    still = np.concatenate([found.residual, found.prior.whitener @ (found.prior.mean - found.free)])
     noise = with_model_error(difference, settings)
+    known = Projection(found, noise)
 
     def costs(angles):
         change = np.array([_turned_back(after, angle).amplitude for angle in angles]) - after.amplitude
-        moved = noise.whitened(change)
-        right = still + np.pad(moved, [(0, 0), (0, len(still) - moved.shape[-1])])
-        left = right - (right @ basis) @ basis.T
-        return np.sum(left**2, axis=-1)
+        return np.sum((known.residual[:, None] + known.left(noise.whitened(change).T)) ** 2, axis=0)
 
     return costs
 

@@ -5,8 +5,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rotorstudy.diagnosis.search.candidates import place_key
-from rotorstudy.diagnosis.search.explanations import Search
 from rotorstudy.diagnosis.search.free_force import free_forces
 from rotorstudy.diagnosis.search.odds import Explanation, odds_of
 from rotorstudy.diagnosis.search.search import with_one_cause
@@ -109,8 +107,7 @@ def _with_one_cause(found, tested):
     candidates = [cause for cause in found.candidates if not cause.term.acts_on_output]
     if not candidates:
         return []
-    known = {"failures": found.failures, "found": {frozenset(): Explanation((), tested.fit, 0.0)}}
-    known["at_places"] = {place_key(c): c for c in reversed(candidates)}
-    given = found.rig, tested.fit.model, tested.spectrum, found.settings, found.prior, tested.fit, candidates
-    work = Search(*given, **known)
+    anew = {"found": {frozenset(): Explanation((), tested.fit, 0.0)}, "starts": {}, "impossible": {}, "unfitted": {}}
+    given = {"model": tested.fit.model, "spectrum": tested.spectrum, "base": tested.fit, "candidates": candidates}
+    work = replace(found, **given, **anew)
     return with_one_cause(replace(work, free_forces=tuple(free_forces(work))))
