@@ -16,7 +16,8 @@ from page_checks import problems
 from rotorstudy import load_spectrum, read_measurement
 from rotorstudy.measurement import findings as table
 from rotorstudy.measurement.plausibility import check_order, check_sense
-from rotorstudy.measurement.quality import flat_top
+from rotorstudy.measurement.quality import check_speed_label, flat_top
+from rotorstudy.measurement.raw_record import _by_the_clock
 from rotorstudy.measurement.records import records_dataset
 from rotorstudy.store import save
 
@@ -129,6 +130,22 @@ FAULTS = {  # changes of channels, findings, changes of the rig file
 def test_each_fault_is_named_and_nothing_else(fault, tmp_path):
     changes, expected, *of_rig = FAULTS[fault]
     assert findings(tmp_path, None, *of_rig, **changes()) == expected
+
+
+@pytest.mark.parametrize(("marks", "said"), [(6, "6 marks a revolution"), (4.5, "correct the label")])
+def test_several_marks_a_revolution_are_told_by_the_stated_speed(marks, said):
+    (found,) = check_speed_label(100.0, 100.0 * marks, "here")
+    assert said in found.text
+
+
+@pytest.mark.parametrize("digits", [4, 5, 12])
+def test_times_that_a_file_rounds_are_those_of_the_clock(digits, tmp_path):
+    """To 0.4 of a step there were six lines beside the harmonics. Times of an uneven clock are left as they are."""
+    assert findings(tmp_path, None, time=np.round(TIME + 0.7, digits)) == {}
+    uneven = TIME + 1e-5 * np.sin(STEADY * TIME)
+    assert _by_the_clock(uneven) is uneven
+    assert _by_the_clock(np.round(uneven, 5)) != pytest.approx(TIME, abs=4e-6)
+    assert _by_the_clock(np.round(TIME, digits)) == pytest.approx(TIME, abs=1e-6)
 
 
 def of_all_speeds(tmp_path, probes, quiet):

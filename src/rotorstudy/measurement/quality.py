@@ -32,8 +32,8 @@ DEAD = 10.0  # times what a probe resolves, or times all that the others show; f
 SIGNIFICANT = 5.0  # standard deviations
 STEADY = 1e-4  # p-value below which a trend over the blocks is significant
 CHANGE = 0.01  # of the largest fluctuating harmonic: a smaller change over the record does not matter
-LIKELY_WRONG = (  # speed by the marks over the stated one, and a likely reason
-    (2, "two marks a revolution?"),
+LIKELY_WRONG = (  # speed by the marks over the stated one, and a likely reason; the last that fits is told
+    *((marks, f"{marks} marks a revolution? Only one may be seen") for marks in range(2, 10)),
     (0.5, "every second pulse missing?"),
     *((RAD_PER_S[a] / RAD_PER_S[b], f"the label is in {a}, and stated in {b}?") for a, b in permutations(RAD_PER_S, 2)),
     (1e-3, "time in ms, or a sampling rate in kHz? ('time_unit', 'sample_rate_Hz')"),

@@ -11,6 +11,7 @@ from rotorstudy.measurement.conventions import combine, measured_direction
 
 LARGEST_READING = 1e6  # m or V: beyond it a sample is damaged, and counts as missing
 SHORTEST_STEP = 1e-12  # s, between samples
+LEAST_DIGIT, WHOLE_DIGIT = 1e-6, 1e-3  # steps, to which rounding matters; digits, by which a number may miss them
 LARGEST_TIME = 1e12  # s, 30,000 years: the clock of a recorder counts from 1900 at the earliest
 
 
@@ -86,6 +87,7 @@ def assemble(readings, conventions, nodes, time, label, keyphasor, marks, refere
             f"{where}: time does not increase strictly (by {SHORTEST_STEP:g} s or more), from {time[late - 1]:g} s to "
             f"{time[late]:g} s at sample {late + 1} of {len(time)}; {cut}"
         )
+    time = _by_the_clock(time)
     reach = np.array([2 * time[0] - time[-1], 2 * time[-1] - time[0]])  # the length of the record beyond its ends
     if marks is not None and len(marks) and not (np.diff([reach[0], *marks, reach[1]]) > 0).all():
         raise RotorstudyError(
@@ -100,8 +102,18 @@ def assemble(readings, conventions, nodes, time, label, keyphasor, marks, refere
     if len(kinds) > len(dict(kinds)):
         raise RotorstudyError(f"{where}: a node has channels of displacement and of its derivative; number them apart")
     if label is not None and not 0 < label < np.inf:
-        raise RotorstudyError(f"{where}: the stated speed is {label:g} rad/s; it must be positive and finite")
+        raise RotorstudyError(f"{where}: the stated speed is {label:g} rad/s; correct it, or leave it out")
     return RawRecord(time, channels, label, keyphasor, marks, reference, where, conventions)
+
+
+def _by_the_clock(time):
+    """Times (time,) s of an even clock, if these are rounded ones of it: whole digits, off by half of one at most."""
+    place = np.arange(len(time)) - (len(time) - 1) / 2
+    even = time.mean() + place * (place @ time) / (place @ place)
+    off = np.abs(time - even).max()
+    digit = 10 ** np.ceil(np.log10(max(1.9 * off, LEAST_DIGIT * np.ptp(time) / len(time))))
+    rounded = np.abs(time / digit - np.rint(time / digit)).max() < WHOLE_DIGIT
+    return even if rounded and off <= digit * (0.5 + 1 / np.sqrt(len(time))) else time
 
 
 def _within_reach(values):
