@@ -9,6 +9,7 @@ from machines import all_but, disc, rig_of, shaft, spectrum_of, springs, unbalan
 from rotorstudy import build_model
 from rotorstudy.diagnosis import investigate
 from rotorstudy.diagnosis.search.candidates import candidate, shape_ranges, with_shape, with_vibration
+from rotorstudy.diagnosis.search.form_fit import fitted_with_form
 from rotorstudy.diagnosis.search.free_force import FREE_FORCE
 from rotorstudy.diagnosis.search.impossible import is_impossible, is_unseen
 from rotorstudy.diagnosis.search.moves import turns
@@ -17,6 +18,7 @@ from rotorstudy.diagnosis.search.screening import Projection, screen_each
 from rotorstudy.diagnosis.search.search import begin
 from rotorstudy.diagnosis.search.shape_scan import scan
 from rotorstudy.diagnosis.settings import Settings
+from rotorstudy.errors import NoSteadyState
 from rotorstudy.inference.prediction import with_model_error
 from rotorstudy.response.neighbourhood import carried_motion
 
@@ -105,6 +107,17 @@ def test_steps_at_the_motion_of_a_free_force_find_a_shape_as_good_as_the_true_on
     )
     of_true, *coarse = (one.evidence for one in screen_each(judged, [true, *first]))
     assert best.evidence > of_true - 1 > max(coarse) + 10  # of those from which the steps begin
+
+
+def test_a_force_in_time_from_which_no_step_is_steady_begins_small(loose):
+    """As at the amplitude that a scan finds near a jump of the motion. Negative control: a fit from there alone."""
+    cause = next(c for c in loose.candidates if c.cause == "looseness, node 1")
+    cause = with_shape(MODEL, cause, SHAPE, 10.0)
+    start = {cause.names[0]: 10 * LOST}
+    with pytest.raises(NoSteadyState):
+        fitted_with_form(loose, (cause,), start)
+    found = loose.explain((cause,), start)
+    assert found.fit.values[cause.names[0]] == pytest.approx(LOST, rel=0.01)
 
 
 @pytest.fixture

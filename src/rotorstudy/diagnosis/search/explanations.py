@@ -235,7 +235,7 @@ class Search:
         """
         log.debug("fitting %s (%d explanations)", " and ".join(c.cause for c in causes), len(self.found) - 1)
         self.note(self.starts, causes)
-        one = self.tried(causes, fitted_with_form, self, tuple(causes), values)
+        one = self.tried(causes, self._fitted, tuple(causes), values)
         if one is None:
             return None
         self.note(self.starts, one.causes)
@@ -243,6 +243,17 @@ class Search:
         if known is None or odds_of(one) > odds_of(known):
             self.found[one.kind] = known = one
         return known
+
+    def _fitted(self, causes, values):
+        """`fitted_with_form`; where no step leads to a steady motion, forces in time begin as small as is usual."""
+        in_time = (c for c in causes if any(p.force for p in c.term.parameters))
+        usual = values | {name: mean for c in in_time for name, (mean, _) in c.prior.items()}
+        try:
+            return fitted_with_form(self, causes, values)
+        except NoSteadyState:
+            if usual == values:
+                raise
+        return fitted_with_form(self, causes, usual)
 
     def note(self, tried: dict, causes: Sequence[Candidate]) -> None:
         """Keep the shapes of causes in `starts` or `rests`."""

@@ -36,7 +36,6 @@ log = logging.getLogger(__name__)
 
 REACH = 10.0  # log odds below the best, beyond which an explanation cannot change a probability
 ROUNDS = 12  # of moves, at most
-UNFULFILLED = 4  # proposals beside known causes that in succession do not raise the odds; the next promise less
 ALONE = 5  # single faults beside which a second one is sought, if none of them explains the records
 BETTER = 10.0  # log odds that the same effects must gain before moves are tried from them again
 OF_AN_EFFECT = 2  # proposals of the same effects and laws that are fitted from one explanation
@@ -203,7 +202,7 @@ def _fit_best(work, groups, possible=None):
 
     groups : lists of Proposals;  possible : as of `drop_impossible`, if what cannot be true is dropped
     """
-    chosen, often, unfulfilled = {}, Counter(), 0
+    chosen, often = {}, Counter()
     for one in filter(None, chain.from_iterable(zip_longest(*(_near(work, proposals) for proposals in groups)))):
         effects = frozenset((c.effect, *c.variant.values()) for c in one.causes)
         kind = kind_of(one.causes)  # fits from other places and sizes of the same side mostly end alike
@@ -217,13 +216,8 @@ def _fit_best(work, groups, possible=None):
         if len({c.fault for c in one.causes}) == 1 and one.log_odds < _least(work):
             continue  # of two faults one may gain more than is promised, as the shape of the other one changes
         found = work.explain(one.causes, one.values)
-        is_best = found and odds_of(found) > before
-        if is_best and possible is not None:
+        if found and possible is not None and odds_of(found) > before:
             drop_impossible(work, possible)  # before others are measured by it
-        if len(one.causes) > 1 and np.isfinite(one.log_odds):
-            unfulfilled = 0 if is_best else unfulfilled + 1
-        if unfulfilled == max(UNFULFILLED, len(groups)):
-            break
     for proposals in groups:
         _note_unfitted(work, proposals)
 
