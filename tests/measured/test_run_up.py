@@ -171,10 +171,10 @@ COURSES = {
 
 
 @cache
-def course(name, ratio=0.03):
-    """Time, z with noise and marks of a run-up from 150 to 250 rad/s; z by modes whose forcing is integrated exactly.
+def course(name, ratio=0.03, order=0):
+    """Time, z or a derivative with noise, and marks of a run-up from 150 to 250 rad/s with constant rate in a sample.
 
-    Time is that of six Gauss points in each sample, the rate being constant in one.
+    The forcing of both modes is integrated by six Gauss points in each sample.
     """
     time = np.arange(30000) / RATE_HZ
     rate = COURSES[name](time[:-1])
@@ -190,13 +190,16 @@ def course(name, ratio=0.03):
     for root, sign in zip(roots, (1, -1), strict=True):
         added = (pull * np.exp(root * (1 / RATE_HZ - late))) @ weights / 2 / RATE_HZ
         start = force * speed[0] ** 2 / (1j * speed[0] - root)
-        z = z + sign * lfilter([1], [1, -np.exp(root / RATE_HZ)], np.r_[start, added])
+        z = z + sign * root**order * lfilter([1], [1, -np.exp(root / RATE_HZ)], np.r_[start, added])
+    z /= roots[0] - roots[1]
+    if order == 2:
+        z += np.r_[force * (speed[:-1] ** 2 - 1j * rate), force * speed[-1] ** 2] * np.exp(1j * angle)
     turns = np.arange(angle[-1] // (2 * np.pi) + 1)
     at = np.clip(np.searchsorted(angle, 2 * np.pi * turns, side="right") - 1, 0, count - 2)
     left, w, a = 2 * np.pi * turns - angle[at], speed[at], rate[at]
     marks = time[at] + 2 * left / (w + np.sqrt(w**2 + 2 * a * left))
-    x, y = NOISE * np.random.default_rng(1).normal(size=(2, count))
-    return time, z / (roots[0] - roots[1]) + x + 1j * y, marks
+    x, y = NOISE * CRITICAL**order * np.random.default_rng(1).normal(size=(2, count))
+    return time, z + x + 1j * y, marks
 
 
 @pytest.mark.parametrize("name", COURSES)
@@ -248,6 +251,26 @@ def test_damping_unbalance_and_critical_speed_of_a_run_up(run_up):
     freedom = spectrum.data_count - len(TRUE)
     assert found.misfit < freedom + 5 * np.sqrt(2 * freedom)
     assert {f.name for f in findings} >= {"run-up"}
+
+
+@pytest.mark.parametrize(("order", "unit", "scale"), [(1, "mm/s", 1e3), (2, "g", 1 / 9.80665)])
+@pytest.mark.parametrize("channels", ["xy", "x"])
+def test_velocities_and_accelerations_of_a_run_up_give_displacements(order, unit, scale, channels, tmp_path):
+    """Those of orbits and of a single probe; nothing is known of the mean, and of the transient no more is left."""
+    time, z, marks = course("wobbles", order=order)
+    turn = np.interp(time, marks, np.arange(len(marks)))
+    shown = dict(zip("xy", (z.real * scale, z.imag * scale), strict=True))
+    key = np.exp(-0.5 * (np.angle(np.exp(2j * np.pi * turn)) / 0.2) ** 2)
+    columns = np.column_stack([time, *(shown[one] for one in channels), key])
+    path = tmp_path / "run_up.csv"
+    np.savetxt(path, columns, delimiter=",", header=",".join(["time", *channels, "key"]), comments="")
+    angles = {"x": 0.0, "y": 90.0}
+    probes = [{"channel": one, "node": 1, "angle_deg": angles[one], "unit": unit} for one in channels]
+    found = read_measurement([path], rig(tmp_path, probes=probes, keyphasor={"channel": "key"})).spectrum
+    std = np.sqrt(found.variance[:, :, 0])
+    error = np.abs(found.amplitude[:, 1, 0] - steady(0.03, found.speed) / (1 if len(channels) > 1 else 2))
+    assert len(found.speed) > 20 and (error < 5 * std[:, 1]).all() and (std[:, 0] >= 1e-3).all()
+    assert np.median(std[:, 1]) < 0.005 * np.abs(found.amplitude[:, 1]).max()
 
 
 def test_marks_that_are_as_coarse_as_samples_do_not_spoil_a_run_up_that_holds():

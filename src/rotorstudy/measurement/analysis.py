@@ -185,8 +185,6 @@ def _tracked(whole, raw, pulses):
     row = np.concatenate([[0], np.cumsum(np.where(steps > MOST_ROUNDED, steps, 1))])  # with those that time leaves out
     loudest, missing = _loudest(raw, sweep), float(1 - np.isfinite(raw.displacement).mean() * len(row) / (row[-1] + 1))
     _check_signals(whole, raw, loudest, sweep.angle(raw.time[loudest]) + raw.conventions.mark_rad, missing)
-    if raw.orders.any():
-        findings.append(told("no displacement", raw.where))
     if errors_among(findings):
         return [whole]
     variance = sweep.jitter_rad**2 / (grid.length * grid.speed / (3 * np.pi))  # of the marks in 2/3 of a Hann window
@@ -195,6 +193,8 @@ def _tracked(whole, raw, pulses):
     signals, angle = np.full((len(raw.nodes), len(time)), np.nan, complex), sweep.angle(time) + raw.conventions.mark_rad
     signals[:, row.astype(int)] = np.where(sweep.is_followed(raw.time), raw.displacement, np.nan)
     *tracked, known = track(signals, time, angle, grid, harmonics, raw.directions, variance, resolution)
+    for i in np.flatnonzero(raw.orders):
+        _to_displacement(*(part[i] for part in tracked), grid.speed[grid.given], harmonics, raw.orders[i])
     findings += check_sweep(grid, known, tracked[0], harmonics, raw.where)
     tracked, grid = [part[:, known] for part in tracked], grid._replace(given=grid.given[known])
     speed = grid.speed[grid.given]
@@ -213,6 +213,17 @@ def _tracked(whole, raw, pulses):
         facts.samples_per_revolution = 2 * np.pi / w / step
         found.append(facts)
     return found
+
+
+def _to_displacement(amplitude, covariance, noise, speed, harmonics, order):
+    """Changes tracked harmonics of a derivative (speed, harmonic), and what belongs to them, to the displacement's."""
+    moving = harmonics != 0
+    factor = np.where(moving, (1j * np.where(moving, harmonics, 1) * speed[:, None]) ** -float(order), 0)
+    turned = factor[..., None] * np.eye(len(harmonics))
+    turned = np.block([[turned.real, -turned.imag], [turned.imag, turned.real]])
+    amplitude *= factor
+    covariance[:] = turned @ covariance @ np.swapaxes(turned, 1, 2) + NO_MEAN**2 * np.diag(np.tile(~moving, 2))
+    noise /= speed**order
 
 
 def _loudest(raw, sweep):

@@ -60,8 +60,6 @@ warning: not steady: harmonic {n} changes steadily by {change} over the record; 
 warning: noise floor: no harmonic but the mean exceeds five times its standard deviation; take a longer record or
     another speed
 error: reference signal: {problem}
-error: no displacement: a velocity or an acceleration during a run-up is not integrated; give displacements, or
-    constant speeds
 note: run-up, coast-down: {kind} at {rate} rad/s per second, tracked at {count} of {every} speeds, from {first} to
     {last} rpm; any others depend on missing samples or marks, or on what came before or after the record. The
     transient of the sweep is removed from the harmonics
