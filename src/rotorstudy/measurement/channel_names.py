@@ -117,12 +117,11 @@ def as_known(names, known):
 
 def _without_units(names):
     """Names without their units in brackets, of those that are read: NS may be a side."""
-
-    def bare_name(name, unit):
-        return re.sub(r"\s*[\[(]([^\])]*)[\])]", lambda text: "" if unit_of(text[1]) == unit else text[0], name)
-
-    every = zip(names, stated_units(names, [""] * len(names)), strict=True)
-    return [bare_name(name, unit) if unit in WORDS else name for name, unit in every]
+    bracket, units = r"\s*[\[(]([^\])]*)[\])]", stated_units(names, [""] * len(names))
+    return [
+        re.sub(bracket, lambda text, unit=unit: "" if unit in WORDS and unit_of(text[1]) == unit else text[0], name)
+        for name, unit in zip(names, units, strict=True)
+    ]
 
 
 def angle_in(name):
