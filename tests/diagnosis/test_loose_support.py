@@ -5,18 +5,21 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from machines import all_but, disc, rig_of, shaft, spectrum_of, springs, unbalance
+from scipy.stats import qmc
 
 from rotorstudy import build_model
 from rotorstudy.diagnosis import investigate
 from rotorstudy.diagnosis.search.candidates import candidate, shape_ranges, with_shape, with_vibration
 from rotorstudy.diagnosis.search.form_fit import fitted_with_form
 from rotorstudy.diagnosis.search.free_force import FREE_FORCE
+from rotorstudy.diagnosis.search.held_shapes import HeldShapes
 from rotorstudy.diagnosis.search.impossible import is_impossible, is_unseen
 from rotorstudy.diagnosis.search.moves import turns
 from rotorstudy.diagnosis.search.odds import odds_of
 from rotorstudy.diagnosis.search.screening import Projection, screen_each
 from rotorstudy.diagnosis.search.search import begin
-from rotorstudy.diagnosis.search.shape_scan import scan
+from rotorstudy.diagnosis.search.shape_fit import ranges_of
+from rotorstudy.diagnosis.search.shape_scan import FIRST_SAMPLES, scan
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.errors import NoSteadyState
 from rotorstudy.inference.prediction import with_model_error
@@ -101,7 +104,9 @@ def test_steps_at_the_motion_of_a_free_force_find_a_shape_as_good_as_the_true_on
     force = next(one for one in loose.free_forces if one.where == {"node": 1} and one.motion == "force")
     cause = next(c for c in loose.candidates if c.cause == "looseness, node 1")
     (_, best), *_ = scan(loose, force.fitted, [cause], without=(FREE_FORCE,))
-    first = [one for _, one in loose.shapes["looseness, node 1", cause.term.label]]
+    ranges = ranges_of(loose, cause)
+    points = qmc.Sobol(len(ranges), scramble=False).random(FIRST_SAMPLES[len(ranges)])
+    first, _ = HeldShapes(loose, None, cause, ranges, ()).reshaped(points)
     judged = Projection(force.fitted, loose.spectrum, (FREE_FORCE,)).of(
         [true := with_shape(MODEL, cause, SHAPE, 10.0), *first]
     )

@@ -15,7 +15,7 @@ from rotorstudy.diagnosis.search.explanations import Search
 from rotorstudy.diagnosis.search.form_fit import _Parameters
 from rotorstudy.diagnosis.search.odds import Explanation, odds_of
 from rotorstudy.diagnosis.search.parts import faults_of_several_parts
-from rotorstudy.diagnosis.search.screening import project, screen
+from rotorstudy.diagnosis.search.screening import Projection, screen
 from rotorstudy.diagnosis.search.search import _due, _fit_best, base_model, begin, search
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.diagnosis.verdict.investigate import investigate
@@ -167,7 +167,7 @@ def test_columns_at_the_motion_of_the_true_cause_show_it_exactly_however_large_i
     extended = whole.plus(true.term)
     start = extended.filled([*prior.names, *true.names], [*prior.mean, -1.9e5])
     best = fit(extended, spectrum, prior.plus(Prior.independent(true.prior)), start=start)
-    projected = project(best, spectrum, every, without=true.names)
+    projected = Projection(best, spectrum, true.names).of(every)
     judged = {c.where["node"]: screen(projected, c) for c in every}
     assert judged[2].start == pytest.approx([-2e5], rel=0.01)
     assert max(judged, key=lambda node: judged[node].evidence) == 2

@@ -20,7 +20,7 @@ from rotorstudy.diagnosis.search.odds import (
     kind_of,
     odds_of,
 )
-from rotorstudy.diagnosis.search.screening import Projected, Screened, project, screen_each
+from rotorstudy.diagnosis.search.screening import Projected, Projection, Screened, screen_each
 from rotorstudy.diagnosis.search.shape_fit import point_of
 from rotorstudy.diagnosis.settings import Settings
 from rotorstudy.errors import CannotAct, NoSteadyState
@@ -51,8 +51,6 @@ class Search:
     # FreeForce at each place, the most likely first: what a fault that the library lacks may do
     free_forces: tuple[FreeForce, ...] = ()
     screened: list = field(default_factory=list)  # Screened of each, at the base fit
-    # cause, alternatives and label -> the shapes with which each scan of it begins
-    shapes: dict = field(default_factory=dict)
     # `kind_of` the causes -> Explanation, the best one of each kind that was fitted
     found: dict = field(default_factory=dict)
     # the same kinds -> shapes from which, and at which, a fit was made; shapes beside which others were exchanged
@@ -215,12 +213,16 @@ class Search:
             return otherwise
 
     def project(self, fitted: Fit, chosen: list[Candidate], without=(), free=()) -> tuple[Projected, list[Candidate]]:
-        """`project`, and the candidates whose columns could be computed; a plugin that fails is recorded as broken."""
+        """Columns of candidates, and those of which they could be computed; a plugin that fails is recorded as broken.
+
+        without, free : as of `Projection`
+        """
+        projection = Projection(fitted, self.spectrum, without, free)
         try:
-            return project(fitted, self.spectrum, chosen, without, free), chosen
+            return projection.of(chosen), chosen
         except Exception:  # of some plugin; one at a time shows of which
-            usable = [one for one in chosen if self.tried([one], project, fitted, self.spectrum, [one])]
-            return project(fitted, self.spectrum, usable, without, free), usable
+            usable = [one for one in chosen if self.tried([one], projection.of, [one])]
+            return projection.of(usable), usable
 
     def screen(self, fitted: Fit, chosen: list[Candidate]) -> list[Screened]:
         """Screened of each candidate at a fit; one whose columns cannot be computed explains nothing."""

@@ -145,13 +145,6 @@ def _near(fitted, speed, harmonics, order, without):
     return near
 
 
-def project(
-    fitted: Fit, spectrum: Spectrum, chosen: list[Candidate], without: tuple[str, ...] = (), free: Sequence = ()
-) -> Projected:
-    """Columns of candidates at the motion of a fit; without, free : as of `Projection`; raises NoSteadyState."""
-    return Projection(fitted, spectrum, without, free).of(chosen)
-
-
 def screen(projected: Projected, *causes: Candidate) -> Screened:
     """Judge a candidate, or several together, by their columns."""
     return _screen_alike(projected, [causes])[0]

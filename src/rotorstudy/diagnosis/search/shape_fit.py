@@ -119,7 +119,8 @@ def fitted_from(
     def predict(theta):
         (one,) = theta
         try:
-            return predicted_with_shape(work, causes, one[:count], np.split(one[count:], ends))
+            there = response_with_shape(work, causes, one[:count], np.split(one[count:], ends))
+            return whitened_with_slopes(work.spectrum, *there)
         except (CannotAct, NoSteadyState) as error:  # such as a crack at a disc
             failed.append(error)
             if len(failed) > FAILURES:
@@ -151,13 +152,6 @@ def with_shape_std(cause: Candidate, ranges: dict, std: np.ndarray) -> Candidate
     """A cause with the standard deviations of its shape, by those (option,) of fractions of its ranges."""
     known = zip(ranges.items(), std, strict=True)
     return cause._replace(shape_std={name: ends.slope(cause.shape[name]) * x for (name, ends), x in known})
-
-
-def predicted_with_shape(
-    work: Work, causes: Sequence[Candidate], amplitudes: np.ndarray, points: Sequence
-) -> tuple[np.ndarray, np.ndarray]:
-    """Whitened prediction (1, component) and its derivatives (1, component, parameter), the shapes last."""
-    return whitened_with_slopes(work.spectrum, *response_with_shape(work, causes, amplitudes, points))
 
 
 def whitened_with_slopes(spectrum: Spectrum, shown: np.ndarray, slopes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -231,32 +225,14 @@ def _moved(work, cause, theta, point):
 
 
 def as_one(term, amplitudes):
-    """The Term of a cause at some amplitudes as a single amplitude, and the weight of that; else the term and them all.
+    """The Term of a crack at some amplitudes as a single amplitude, and the weight of that; else the term and them all.
 
-    Of the many amplitudes of a crack one column is then found instead of one for each.
+    Of its many amplitudes one column is then found instead of one for each.
     """
     unknowns = [(value, u) for value, u in zip(amplitudes, term.unknowns, strict=True) if value]
-    forces = [(value, u.force) for value, u in unknowns if u.force]
-    same = {(f.matrix.tobytes(), f.takes_angle, f.takes_velocity) for _, f in forces}
-    if (
-        term.acts_on_output
-        or len(same) + any(u.entries for _, u in unknowns) != 1
-        or any(u.carries for _, u in unknowns)
-    ):
+    bases = {getattr(u.entries, "basis", None) for _, u in unknowns}
+    if len(bases) != 1 or None in bases:
         return term, amplitudes
-    force = forces and replace(forces[0][1], function=lambda *at: sum(value * f.function(*at) for value, f in forces))
-    entries, jumps = _added([(value, u.entries) for value, u in unknowns]), any(u.jumps for _, u in unknowns)
-    whole = Parameter("whole", "1", entries, typical=1.0, force=force or None, jumps=jumps)
+    entries = Multiples(*bases, sum(value * u.entries.factor for value, u in unknowns))
+    whole = Parameter("whole", "1", entries, typical=1.0, jumps=any(u.jumps for _, u in unknowns))
     return replace(term, parameters=(whole,), values={}), np.ones(1)
-
-
-def _added(tables):
-    """The sum of tables of entries, each with its factor."""
-    bases, matrices = {getattr(entries, "basis", None) for _, entries in tables}, {}
-    if len(bases) == 1 and None not in bases:
-        return Multiples(*bases, sum(factor * entries.factor for factor, entries in tables))
-    for factor, entries in tables:
-        for entry in entries:
-            _, known = matrices.get(entry.kind, (entry, 0.0 * entry.matrix))
-            matrices[entry.kind] = entry, known + factor * entry.matrix
-    return tuple(replace(entry, matrix=matrix) for entry, matrix in matrices.values())

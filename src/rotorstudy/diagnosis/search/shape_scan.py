@@ -7,7 +7,6 @@ of each part of the ranges are refined by Gauss-Newton steps at that motion.
 """
 
 from collections.abc import Callable, Sequence
-from contextlib import suppress
 from typing import NamedTuple
 
 import numpy as np
@@ -18,7 +17,7 @@ from rotorstudy.diagnosis.search.held_shapes import HeldShapes
 from rotorstudy.diagnosis.search.screening import Projected, Projection, Screened, screen_each
 from rotorstudy.diagnosis.search.shape_fit import ranges_of, reshaped
 from rotorstudy.diagnosis.search.shown_forces import motions_by_free_forces
-from rotorstudy.errors import CannotAct, NoSteadyState
+from rotorstudy.errors import NoSteadyState
 from rotorstudy.inference.fit import Fit
 from rotorstudy.model.entries import Multiples
 from rotorstudy.model.registry import registry
@@ -151,30 +150,19 @@ class _Scan(NamedTuple):
     def judged(self, points, kept=False):
         """The shapes at some points (shape, option), the best first, without those in which the cause cannot act.
 
-        kept : whether the shapes and motions are kept, as all scans and alternatives of the cause begin at these points
+        kept : whether the motions are kept, as all scans and alternatives of the cause begin at these points
         """
-        shapes = self._over_the_range(points) if kept else self._shapes(points)
-        if not shapes:
+        judge = self._judge(kept)
+        causes, rows = self._shapes(judge).reshaped(points, self.cause.term.label)
+        if not causes:
             raise NoSteadyState(f"{self.cause.effect} cannot act with any of {len(points)} shapes")
-        points, causes = zip(*shapes, strict=True)
-        found = list(map(_Judged, points, causes, screen_each(self._judge(kept).of(causes), causes)))
+        found = list(map(_Judged, points[rows], causes, screen_each(judge.of(causes), causes)))
         found = [one for one in found if self.away is None or self._turn(one.point, self.away) > ANOTHER_SIDE]
         return sorted(found, key=lambda one: -one.screened.evidence)
 
-    def _over_the_range(self, points):
-        """What `_shapes` returns, formed once for all scans of a search: the shapes first tried are the same."""
-        name = self.cause.cause, *self.cause.variant.items(), self.cause.term.label
-        if name not in self.work.shapes:
-            self.work.shapes[name] = self._shapes(points)
-        return self.work.shapes[name]
-
-    def _shapes(self, points):
-        """[(point, the cause in the shape there)] of the shapes in which it can act."""
-        found, ranges = [], self.ranges
-        for i, point in enumerate(points):
-            with suppress(CannotAct):  # such as a crack in a hollow part of the shaft
-                found.append((point, reshaped(self.work, self.cause, point, f"{self.cause.term.label} {i}", ranges)))
-        return found
+    def _shapes(self, judge):
+        """The HeldShapes of the cause, of which nothing is held."""
+        return HeldShapes(self.work, judge, self.cause, self.ranges, ())
 
     def _motions(self, rows):
         """The Motions with a free force on coordinates."""
@@ -209,7 +197,7 @@ class _Scan(NamedTuple):
 
     def refined(self, starts, most=None):
         """The best shapes, judged, that Gauss-Newton steps from some find; see `scan`."""
-        shapes = HeldShapes(self.work, self._judge(False), self.cause, self.ranges, ())
+        shapes = self._shapes(self._judge(False))
         begun = starts
         if self.away is None or self.cause.where:  # a turned crack is near its best shape already
             begun = self.judged(shapes.searched(np.array([one.point for one in starts])))

@@ -6,7 +6,7 @@ import numpy as np
 
 from rotorstudy.diagnosis.search.candidates import candidate, shape_ranges
 from rotorstudy.diagnosis.search.search import base_model
-from rotorstudy.diagnosis.search.shape_fit import Work, point_of, predicted_with_shape
+from rotorstudy.diagnosis.search.shape_fit import Work, point_of, response_with_shape
 from rotorstudy.errors import CannotAct, NoSteadyState
 from rotorstudy.inference.linear import invert
 from rotorstudy.inference.prediction import whitened_prediction, with_model_error
@@ -111,7 +111,8 @@ class Machine:
         work, ranges = self.work(self.raw, *others), shape_ranges(crack.effect, self.model.structure)
         absent = np.zeros(len(work.prior.names) - len(self.prior.names))
         amplitudes = np.concatenate([self.prior.mean, absent, [1.0]])
-        found = predicted_with_shape(work, [crack], amplitudes, [point_of(work, crack)])[1][0]
+        _, slopes = response_with_shape(work, [crack], amplitudes, [point_of(work, crack)])
+        found = work.spectrum.whitened(slopes).T
         found[:, -len(SHAPE) :] /= [ranges[name].slope(crack.shape[name]) for name in SHAPE]
         return found
 
