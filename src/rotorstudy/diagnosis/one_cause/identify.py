@@ -69,10 +69,10 @@ def identify_cause(
 def _identified(begun, spectrum, plugin, count):
     """The Identified of a cause, or of several; begun : Search of some speeds, at which shapes are first scanned."""
     work = replace(begun, spectrum=spectrum)
-    form = candidates.form_ranges(plugin.name)
-    laws = _alternatives(work, plugin, candidates.variants_of(plugin.alternatives), form if count == 1 else {})
+    laws = _alternatives(work, plugin, candidates.variants_of(plugin.alternatives))
     if not laws:
         raise RotorstudyError(f"{plugin.name} cannot act on this rotor at any place")
+    laws = [in_form(work, one) for one in laws] if count == 1 else laws
     found = _fitted(work, _first_starts(begun, laws))
     if count == 1 and not _explains(found[0]):
         found = _searched_further(work, begun, plugin, laws, found)
@@ -84,7 +84,7 @@ def _identified(begun, spectrum, plugin, count):
         more, known = _labelled(work, laws, f"cause {number}"), _by_turns(found)[: FURTHER[0]]
         beside = [start for one in known for start in _starts(work, one.fit, more, one.causes)]
         found = _also_elsewhere(work, laws, _fitted(work, beside))
-    if count > 1 and form:  # alone, one of some form imitates several
+    if count > 1 and candidates.form_ranges(plugin.name):  # alone, one of some form imitates several
         found = _fitted(work, [_with_form(work, one) for one in found[: FURTHER[0]]])
     return identified(work, found[0], found)
 
@@ -212,16 +212,14 @@ def _also_elsewhere(work, laws, found):
     return found
 
 
-def _alternatives(work, plugin, variants, form=None):
-    """The effect at every place in each variant, in the middle of its shapes, with a form or the default one."""
+def _alternatives(work, plugin, variants):
+    """The effect at every place in each variant, in the middle of its shapes."""
     structure, found, width = work.rig.structure, [], work.settings.prior_width
-    freedoms = candidates.freedoms_of(plugin.name, any_form=False) if form else ()
     for where, variant in product(plugin.places(structure, work.rig.sensors), variants):
-        ranges = candidates.shape_ranges(plugin.name, structure, where.get("node")) | (form or {})
+        ranges = candidates.shape_ranges(plugin.name, structure, where.get("node"))
         for x in SOMEWHERE:
             shape = {name: ends.value(x) for name, ends in ranges.items()}
-            given = work.rig, plugin.name, where, shape, "cause", width, variant, freedoms
             with suppress(CannotAct):
-                found.append(candidates.candidate(*given))
+                found.append(candidates.candidate(work.rig, plugin.name, where, shape, "cause", width, variant))
                 break
     return found

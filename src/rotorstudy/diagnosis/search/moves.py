@@ -21,11 +21,7 @@ from rotorstudy.diagnosis.search.form_fit import WITHIN
 from rotorstudy.diagnosis.search.free_force import FREE_FORCE, two_forces
 from rotorstudy.diagnosis.search.held_shapes import slopes_of
 from rotorstudy.diagnosis.search.odds import Explanation, faults_of, log_posterior_odds, odds_of
-from rotorstudy.diagnosis.search.parts import (
-    faults_at_several_discs,
-    faults_of_several_parts,
-    faults_with_what_they_bring,
-)
+from rotorstudy.diagnosis.search.parts import faults_of_several_parts
 from rotorstudy.diagnosis.search.screening import screen, screen_each
 from rotorstudy.diagnosis.search.shape_fit import point_of, ranges_of, reshaped
 from rotorstudy.diagnosis.search.shape_scan import can_be_scanned, scan
@@ -171,8 +167,7 @@ class _Judge(NamedTuple):
 
     def together(self, projected, usable):
         """Proposals of faults of several parts."""
-        several = faults_of_several_parts, faults_with_what_they_bring, faults_at_several_discs
-        found = [pair for faults in several for pair in faults(self.work, projected, usable)]
+        found = faults_of_several_parts(self.work, projected, usable)
         return [self.proposal(parts, one.start, one.evidence) for parts, one in found]
 
     def scanned(self, fitted, chosen, plain, without=(), free=(), excess=np.inf):

@@ -9,40 +9,28 @@ from rotorstudy.model.registry import registry
 
 PLACES_OF_BROUGHT = 2  # at which a cause is tried together with what it brings
 
-# of each fault two parts or more, judged together
-Together = list[tuple[tuple[Candidate, ...], Screened]]
 
+def faults_of_several_parts(
+    work: Search, projected: Projected, chosen: list[Candidate]
+) -> list[tuple[tuple[Candidate, ...], Screened]]:
+    """The parts of each fault that explain most together, two or more, added one by one as long as their odds rise.
 
-def faults_of_several_parts(work: Search, projected: Projected, chosen: list[Candidate]) -> Together:
-    """The parts of each fault that explain most together, added one by one as long as that increases their odds.
+    They are the numbered parts of an effect, the discs that one of `Settings.at_discs` is at, or a cause with what it
+    brings (an added mass with its unbalance), at the places that explain most: beside a second fault neither alone may
+    explain enough to be found.
 
     projected : columns of the candidates;  chosen : those that are allowed
     """
-    faults = {}
+    discs, effects, numbered = {disc.node for disc in work.rig.structure.discs}, registry().plugins["effect"], {}
+    known, with_brought = {(c.effect, *c.where.items()): c for c in chosen}, []
     for cause in chosen:
         if cause.fault != cause.cause:
-            faults.setdefault(cause.fault, []).append(cause)
-    return _together(work, projected, faults.values())
-
-
-def faults_at_several_discs(work: Search, projected: Projected, chosen: list[Candidate]) -> Together:
-    """The discs that an effect of `Settings.at_discs` is at together; see `faults_of_several_parts`."""
-    discs = {disc.node for disc in work.rig.structure.discs}
-    every = [[c for c in chosen if c.effect == name and c.where["node"] in discs] for name in work.settings.at_discs]
-    return _together(work, projected, every)
-
-
-def faults_with_what_they_bring(work: Search, projected: Projected, chosen: list[Candidate]) -> Together:
-    """Causes with the effects that they bring (an added mass with its unbalance), at the places that explain most.
-
-    Beside a second fault neither part alone may explain enough to be found. See `faults_of_several_parts`.
-    """
-    effects, known = registry().plugins["effect"], {(c.effect, *c.where.items()): c for c in chosen}
-    faults = []
-    for cause in chosen:
+            numbered.setdefault(cause.fault, []).append(cause)
         brought = [known.get((name, *cause.where.items())) for name in effects[cause.effect].brings]
-        faults += [[cause, *brought]] if all(brought) else []
-    return _together(work, projected, faults)[:PLACES_OF_BROUGHT]
+        with_brought += [[cause, *brought]] if all(brought) else []
+    at_discs = [[c for c in chosen if c.effect == name and c.where["node"] in discs] for name in work.settings.at_discs]
+    found = _together(work, projected, [*numbered.values(), *at_discs])
+    return found + _together(work, projected, with_brought)[:PLACES_OF_BROUGHT]
 
 
 def _together(work, projected, faults):

@@ -71,26 +71,17 @@ def begin(model: Model, spectrum: Spectrum, settings: Settings) -> Search:
     model = with_vibration(model, spectrum) if model.before is None else model
     whole, prior = base_model(model, settings)
     base = fit(whole, spectrum, prior, from_afar=model.before is None)  # of a change that was done before
-    forces = free_forces(Search(model, whole, spectrum, settings, prior, base, []))
+    begun = Search(model, whole, spectrum, settings, prior, base, [])
+    forces = free_forces(begun)
     if nearer := _nearer_without_causes(base, spectrum, forces):
         log.info("the rig alone explains more from the values with a force at one place")
         forces = [one._replace(log_odds=one.log_odds + base.evidence - nearer.evidence) for one in forces]
         base = nearer
     model = with_vibrations(model, base, spectrum)
     every, failures = candidates(model, settings)
-    return Search(
-        model,
-        whole,
-        spectrum,
-        settings,
-        prior,
-        base,
-        every,
-        tuple(forces),
-        failures=failures,
-        found={frozenset(): Explanation((), base, 0.0)},
-        at_places={place_key(c): c for c in reversed(every)},
-    )
+    found, places = {frozenset(): Explanation((), base, 0.0)}, {place_key(c): c for c in reversed(every)}
+    more = {"free_forces": tuple(forces), "failures": failures, "found": found, "at_places": places}
+    return replace(begun, rig=model, base=base, candidates=every, **more)
 
 
 def _nearer_without_causes(base, spectrum, forces):
