@@ -73,7 +73,7 @@ def test_a_cause_is_named_by_the_label_of_the_disc_or_bearing():
     structure = build_model({"rotor": rotor, "bearings": bearings}).structure
     assert structure.labels == {1: "bearing DE", 2: "fan", 5: "rear bearing"}
     assert [one.node for one in structure.discs] == [2, 3]
-    told = {2: "at node 2 (fan)", 3: "at node 3", (2, 3): "at node 2 and 3"}
+    told = {2: "at node 2 (fan)", 3: "at node 3", (2, 3): "at nodes 2 and 3"}
     for node, words in told.items():
         where = {"node": node if isinstance(node, int) else list(node)}
         found = Place(effect="unbalance", where=where, label=structure.label_at(where))

@@ -9,6 +9,7 @@ import xarray as xr
 import yaml
 from machines import disc, jeffcott_rig, point, shaft, springs, unbalance
 from one_line_errors import run
+from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 from scipy.signal import lfilter
 
@@ -46,9 +47,9 @@ def noisy(time, z, first, rate):
     return time, z + x + 1j * y, (np.sqrt(first**2 + 4 * np.pi * rate * turns) - first) / rate
 
 
-def steady(ratio, speed):
+def steady(ratio, speed, gyroscopic=0.0):
     force = MASS * ECCENTRICITY * speed**2 * np.exp(1j * PHASE)
-    return force / (STIFFNESS - MASS * speed**2 + 2j * ratio * MASS * CRITICAL * speed)
+    return force / (STIFFNESS + (gyroscopic - 1) * MASS * speed**2 + 2j * ratio * MASS * CRITICAL * speed)
 
 
 def tracked(ratio, rate, *gaps, ends=(150.0, 250.0)):
@@ -60,7 +61,7 @@ def tracked(ratio, rate, *gaps, ends=(150.0, 250.0)):
     return compared(ratio, time, with_gaps(time, z, rate, *gaps), marks)
 
 
-def compared(ratio, time, z, marks, resolution=0.0):
+def compared(ratio, time, z, marks, resolution=0.0, gyroscopic=0.0):
     """Speeds, the errors of 1X over the peak, the same in standard deviations, and 2X over the peak."""
     found = count_revolutions(marks, swept=True)
     grid = speed_grid(found)
@@ -69,8 +70,8 @@ def compared(ratio, time, z, marks, resolution=0.0):
     *of_node, known = track(z[None], time, found.angle(time), grid, [0, 1, -1, 2, -2], np.array([np.nan]), *variances)
     shown, covariance, _ = (part[0] for part in of_node)
     shown, covariance, speed = shown[known], covariance[known], grid.speed[grid.given][known]
-    error, std = shown[:, 1] - steady(ratio, speed), np.sqrt(2 * covariance[:, 1, 1])
-    peak = np.abs(steady(ratio, CRITICAL))
+    error, std = shown[:, 1] - steady(ratio, speed, gyroscopic), np.sqrt(2 * covariance[:, 1, 1])
+    peak = np.abs(steady(ratio, CRITICAL / np.sqrt(1 - gyroscopic), gyroscopic))
     return speed, np.abs(error) / peak, np.abs(error) / std, np.abs(shown[:, 3]).max() / peak
 
 
@@ -344,6 +345,31 @@ def test_a_sweep_that_beats_is_told(tmp_path):
         severity = {f.name: f.severity for f in found.findings}
         assert severity.get("sweep too fast") == expected, (ratio, rate, found.findings)
         assert (found.spectrum is None) == (expected == "error")
+
+
+@pytest.mark.parametrize(("ratio", "share"), [(0.05, 8.0), (0.11, None)])
+def test_how_much_of_a_transient_was_removed_is_told(ratio, share, tmp_path):
+    """The rate over the squared decay rate, 8 and 1.7 %; less than 2 % hardly counts."""
+    found = read_measurement([record(tmp_path, *sweep(ratio, 8.0))], rig(tmp_path)).findings
+    told = [float(f.text.split(" %")[0].split()[-1]) for f in found if f.name == "moving frequency"]
+    assert told == ([pytest.approx(share, rel=0.05)] if share else [])
+
+
+@pytest.mark.parametrize("gyroscopic", [0.0, 0.1])
+def test_where_a_natural_frequency_rises_with_the_speed_that_share_of_the_transient_is_left(gyroscopic):
+    """Of a forward mode, z'' + (c - j g w) z' + w_0^2 z, integrated in time; nothing of one that stays."""
+    first, rate, ratio, time = 150.0, 8.0, 0.03, np.arange(18 * RATE_HZ) / RATE_HZ
+
+    def motion(t, state):
+        w, (z, v) = first + rate * t, state
+        pull = ECCENTRICITY * (w**2 - 1j * rate) * np.exp(1j * (first * t + rate * t**2 / 2 + PHASE))
+        return [v, pull - (2 * ratio * CRITICAL - 1j * gyroscopic * w) * v - CRITICAL**2 * z]
+
+    start = steady(ratio, first, gyroscopic) * np.array([1, 1j * first])
+    z = solve_ivp(motion, (0, time[-1]), start, t_eval=time, method="DOP853", rtol=1e-8, atol=1e-12).y[0]
+    _, error, _, _ = compared(ratio, *noisy(time, z, first, rate), gyroscopic=gyroscopic)
+    left = gyroscopic / (2 - gyroscopic) * rate / (ratio * CRITICAL) ** 2  # slope of the frequency times the transient
+    assert 0.7 * left <= error.max() < left + 2e-3
 
 
 def test_the_bandwidth_of_a_resonance():

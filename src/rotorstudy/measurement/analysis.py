@@ -12,7 +12,7 @@ from rotorstudy.measurement.full_spectra import compensate, phase_from_reference
 from rotorstudy.measurement.harmonics import FEWEST_BLOCKS, estimate, spectral_lines, white_noise_covariance
 from rotorstudy.measurement.keyphasor import count_revolutions, pulses_of, steady_turning
 from rotorstudy.measurement.records import Record, reference_signal
-from rotorstudy.measurement.run_up import FAST, LOST, is_swept, peaks, speed_grid, track
+from rotorstudy.measurement.run_up import FAST, LOST, REMOVED, is_swept, peaks, speed_grid, track
 from rotorstudy.units import RAD_PER_S, number, spin, um
 
 NO_MEAN = 1e-3  # m, standard deviation of the mean displacement where a velocity or an acceleration is measured
@@ -253,6 +253,8 @@ def check_sweep(grid, known, amplitude, harmonics, where):
     at, bandwidth, _ = min(resonances, key=lambda one: one[1])
     here = abs(float(np.interp(at, speed, rate)))
     ratio = here / bandwidth**2
+    if (transient := 4 * ratio) > REMOVED:  # rate over the squared decay rate, of the peak
+        yield told("moving frequency", where, at=number(at / rpm, 4), share=number(100 * transient, 2))
     if ratio <= FAST:
         return
     beats = (

@@ -65,6 +65,9 @@ note: run-up, coast-down: {kind} at {rate} rad/s per second, tracked at {count} 
     transient of the sweep is removed from the harmonics
 error: no speed: each of {every} speeds depends on missing samples or marks, or on what came before or after the
     record. Take a longer run-up without gaps
+note: moving frequency: the transient that was removed near {at} rpm is about {share} % of the peak; if a natural
+    frequency there rises or falls by a share g of the speed (a disc that tilts, an oil film), g times as much is left,
+    which the stated uncertainty does not contain; a slower sweep leaves less
 warning: sweep too fast: {beats}. They are removed, to about a percent; {slower}
 error: sweep too fast (lost): {beats}, which cannot be removed; {slower}
 warning: sweep too fast (vectors): the vectors beat as in a sweep at {rate} rad/s per second, {times} times the square

@@ -29,6 +29,7 @@ EXACT = 1e-5  # of the greatest motion: least standard deviation, as of 16 bits
 PEAK = 3.0  # ratio of a resonance to the lowest response on either side
 SWEPT = 0.2  # relative change of the speed over a record from which it is a run-up or a coast-down
 FEWEST_MARKS = 40  # of a sweep
+REMOVED = 0.02  # transient, of the peak, of which a part that is left may count
 FAST, LOST = 0.1, 0.5  # rate over the squared half-power bandwidth: beats show; they cannot be corrected
 
 
