@@ -12,7 +12,7 @@ from itertools import chain, product, zip_longest
 
 import numpy as np
 
-from rotorstudy.diagnosis.one_cause.answer import SAME, Identified, identified, is_same
+from rotorstudy.diagnosis.one_cause.answer import Identified, identified, is_same
 from rotorstudy.diagnosis.one_cause.over_forms import in_form
 from rotorstudy.diagnosis.search import candidates
 from rotorstudy.diagnosis.search.free_force import FREE_FORCE
@@ -23,7 +23,6 @@ from rotorstudy.diagnosis.search.shape_fit import (
     check_together,
     fitted_from,
     point_of,
-    ranges_of,
     reshaped,
 )
 from rotorstudy.diagnosis.settings import Settings
@@ -78,8 +77,6 @@ def _identified(begun, spectrum, plugin, count):
         found = _searched_further(work, begun, plugin, laws, found)
     else:
         found = _also_elsewhere(work, laws, found)
-    if count == 1:
-        found = _sorted([*found, *_tried(work, _across(work, found[0]), CLOSELY)])
     for number in range(2, count + 1):
         more, known = _labelled(work, laws, f"cause {number}"), _by_turns(found)[: FURTHER[0]]
         beside = [start for one in known for start in _starts(work, one.fit, more, one.causes)]
@@ -131,21 +128,6 @@ def _as_known(work, causes, amplitudes):
 
 def _labelled(work, laws, label):
     return [reshaped(work, cause, point_of(work, cause), label) for cause in laws]
-
-
-def _across(work, one):
-    """Starts on the other side of a node that the cause of a fit is near: a fit ends there, as moments have a kink."""
-    (cause,), starts = one.causes, []
-    for i, (name, ends) in enumerate(ranges_of(work, cause).items()):
-        std = cause.shape_std[name] / ends.slope(cause.shape[name])
-        for way, end in zip((-1, 1), ends.between_breaks(point_of(work, cause)[i]), strict=True):
-            point = point_of(work, cause)
-            away = abs(point[i] - end)
-            if 0 < end < 1 and ends.breaks and away < SAME * std:
-                point[i] = end + way * max(away, std)
-                with suppress(CannotAct):  # such as at another disc
-                    starts.append(((reshaped(work, cause, point),), one.fit.free))
-    return starts
 
 
 def _with_form(work, one):
