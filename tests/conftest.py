@@ -92,7 +92,7 @@ def right_conventions(monkeypatch):
 
     They are the claims of diagnosis/test_measuring_chain.py, and tried by every whole command.
     """
-    monkeypatch.setattr("rotorstudy.diagnosis.verdict.sought.tested_convention", lambda begun, measured: None)
+    monkeypatch.setattr("rotorstudy.diagnosis.verdict.sought.chain_hypothesis", lambda found, measured: None)
 
 
 @pytest.fixture

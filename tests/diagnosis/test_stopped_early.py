@@ -62,7 +62,7 @@ def test_a_search_that_is_stopped_keeps_what_it_found_and_says_so(monkeypatch, f
 def test_a_second_search_that_is_stopped_is_said(monkeypatch, stopped):
     """Of the two searches, with different speeds held out, the first one is kept, but it is not the last word."""
     work = begun()
-    first = Sought(work, None, None, None, work, None, None, HeldOutMisfit(2.0, 1e-9, 0.0))
+    first = Sought(work, None, None, work, None, None, HeldOutMisfit(2.0, 1e-9, 0.0))
     again = first._replace(judged=replace(work, stopped=stopped), surprise=HeldOutMisfit(3.0, 1e-9, 0.0))
     both = iter([first, again])
     monkeypatch.setattr("rotorstudy.diagnosis.verdict.investigate.seek", lambda *given, **more: next(both))
@@ -73,11 +73,12 @@ def test_a_second_search_that_is_stopped_is_said(monkeypatch, stopped):
 
 @pytest.mark.usefixtures("unrendered", "unhidden")
 @pytest.mark.parametrize(("number", "status"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+@pytest.mark.parametrize("step", ["search.explanations.Search.explain", "verdict.sought.chain_hypothesis"])
 def test_a_diagnosis_that_is_interrupted_ends_in_a_verdict_and_a_terminated_one_in_none(
-    spectrum, tmp_path, monkeypatch, capsys, number, status
+    spectrum, tmp_path, monkeypatch, capsys, step, number, status
 ):
     data, rig = spectrum
-    monkeypatch.setattr(Search, "explain", lambda *given, **more: signal.raise_signal(number))
+    monkeypatch.setattr(f"rotorstudy.diagnosis.{step}", lambda *given, **more: signal.raise_signal(number))
     run("diagnose", data, "--rig", rig, "--out", tmp_path / "out", "--quiet", status=status)
     is_interrupted = number == signal.SIGINT
     assert ("stopped before its end" in capsys.readouterr().out) == is_interrupted

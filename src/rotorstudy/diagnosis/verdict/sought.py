@@ -9,11 +9,11 @@ import numpy as np
 from rotorstudy.diagnosis.search.explanations import LIKELY_OUTSIDE, Search
 from rotorstudy.diagnosis.search.film_error import with_film_error
 from rotorstudy.diagnosis.search.form_by_law import with_other_laws
-from rotorstudy.diagnosis.search.search import begin, is_asked_to_stop, search, unsearched
+from rotorstudy.diagnosis.search.search import begin, is_asked_to_stop, search
 from rotorstudy.diagnosis.verdict.cause_words import force_in_words
 from rotorstudy.diagnosis.verdict.held_out import HeldOutMisfit, expected_of, held_out_misfit, with_held_out
 from rotorstudy.diagnosis.verdict.result import ChainHypothesis
-from rotorstudy.diagnosis.verdict.wrong_convention import Tested, chain_hypothesis, tested_convention
+from rotorstudy.diagnosis.verdict.wrong_convention import chain_hypothesis
 from rotorstudy.inference.prediction import with_model_error
 from rotorstudy.measurement.spectrum import Spectrum
 from rotorstudy.units import p_value, percent
@@ -25,7 +25,6 @@ class Sought(NamedTuple):
     """A search and what the held-out speeds say of it; fields of these are None where no speed is held out."""
 
     found: Search  # by the speeds fitted
-    tested: Tested | None  # conventions that were tested, or None
     measured: Spectrum  # fitted, without the model error
     held: Spectrum | None  # of the speeds held out, with the model error
     judged: Search  # with the held-out speeds in its odds
@@ -46,9 +45,9 @@ def seek(measured, held, model, settings, failed):
     kept = settings.model_copy(update={"leave_out": [*settings.leave_out, *failed]})
     begun, moving = _begun(model, with_model_error(measured, kept), kept)
     held = None if held is None else with_film_error(with_model_error(held, settings), *moving)
-    found, tested = _searched(begun, measured)
+    found = search(begun)
     found.failures.update(failed)
-    return _judged(Sought(found, tested, measured, held, found, None, None, None))
+    return _judged(Sought(found, measured, held, found, None, None, None))
 
 
 def without_the_best(one: Sought) -> Sought:
@@ -59,8 +58,15 @@ def without_the_best(one: Sought) -> Sought:
 
 def _judged(one):
     """The same with the held-out speeds in its odds."""
-    found, held = one.found, one.held
-    chain = chain_hypothesis(found, one.tested) if one.tested and not found.stopped else None
+    found, held, chain = one.found, one.held, None
+    try:
+        if found.rig.before is None and not found.stopped:  # conventions are shared by both states
+            log.info("testing whether conventions of the records are wrongly stated")
+            chain = chain_hypothesis(found, one.measured)
+    except KeyboardInterrupt as stop:
+        if not is_asked_to_stop(stop):
+            raise
+        found = replace(found, stopped=True)
     if chain:  # values fitted to records read wrongly say nothing of the rig
         judged = replace(found, upheld=False, unstable=np.zeros_like(found.unstable))
     else:
@@ -83,19 +89,6 @@ def _begun(model, spectrum, settings):
     moving = force.model, force.theta
     wider = with_film_error(spectrum, *moving)
     return (begun if wider is spectrum else begin(model, wider, settings)), moving
-
-
-def _searched(begun, measured):
-    """The Search, and the conventions tested or None."""
-    tested = None
-    try:
-        log.info("testing whether conventions of the records are wrongly stated")
-        tested = tested_convention(begun, measured) if begun.rig.before is None else None  # shared by both states
-        return search(begun), tested
-    except KeyboardInterrupt as stop:
-        if not is_asked_to_stop(stop):
-            raise
-        return unsearched(begun), tested
 
 
 def first_answer(work: Search) -> str:

@@ -30,9 +30,13 @@ class Tested(NamedTuple):
     log_factor: float
 
 
-def tested_convention(begun, spectrum):
-    """The Tested hypothesis with the highest odds, or None where the records do not contradict the rig."""
-    base, settings = begun.base, begun.settings
+def tested_convention(found, spectrum):
+    """The Tested hypothesis with the highest odds; None where the records do not contradict the rig, or none is near.
+
+    Beside causes that explain the records it is fitted only as far as it may be more probable.
+    """
+    base, best, settings = found.base, found.best, found.settings
+    margin = LEAST_MARGIN + (0.0 if best.fit.is_rejected(settings.significance) else max(0.0, odds_of(best)))
     is_far = chi_square_p_value(base.penalty, len(base.names)) < settings.significance
     if not (base.is_rejected(settings.significance) or is_far):
         return None
@@ -40,14 +44,14 @@ def tested_convention(begun, spectrum):
     every = list(hypotheses(spectrum, model))
     models = (model, replace(model, from_unloaded_line=not model.from_unloaded_line))
     linearised = [shown_and_slopes(one, spectrum, about, prior.names, carried_order(spectrum)) for one in models]
-    films = begun.spectrum.covariance - with_model_error(spectrum, settings).covariance
+    films = found.spectrum.covariance - with_model_error(spectrum, settings).covariance
     screened = []
     for hypothesis in every:
         corrected, log_volume = hypothesis.corrected(spectrum)
         corrected = with_model_error(corrected, settings)
         covariance = corrected.covariance + films
-        corrected = replace(corrected, covariance=covariance, common_error=begun.spectrum.common_error)
-        volume = corrected.log_volume - begun.spectrum.log_volume
+        corrected = replace(corrected, covariance=covariance, common_error=found.spectrum.common_error)
+        volume = corrected.log_volume - found.spectrum.log_volume
         log_factor = float(log_volume + volume + np.log(PRIOR_ODDS / len(every)))
         shown, change = linearised[hypothesis.other_zero]
         left = marginal(corrected.whitened(change).T @ prior.factor, corrected.whitened(corrected.amplitude - shown))
@@ -55,14 +59,21 @@ def tested_convention(begun, spectrum):
     screened.sort(key=lambda one: -one[0])
     tested = []
     for _, log_factor, one, corrected in screened[:FITTED]:
-        needed = 2 * (log_factor - LEAST_MARGIN - base.evidence)  # of its cost, to be accepted
-        fitted = fit(models[one.other_zero], corrected, prior, start=about, needed=needed)
-        tested.append(Tested(one, corrected, fitted, log_factor))
-    return max(tested, key=lambda one: one.fit.evidence + one.log_factor)
+        needed = 2 * (log_factor - margin - base.evidence)  # of its cost, to be accepted
+        if needed > 0:
+            fitted = fit(models[one.other_zero], corrected, prior, start=about, needed=needed)
+            tested.append(Tested(one, corrected, fitted, log_factor))
+    return max(tested, key=lambda one: one.fit.evidence + one.log_factor, default=None)
 
 
-def chain_hypothesis(found, tested):
-    """The ChainHypothesis that, perhaps with one cause, explains the records better than any causes alone, or None."""
+def chain_hypothesis(found, spectrum):
+    """The ChainHypothesis that, perhaps with one cause, explains the records better than any causes alone, or None.
+
+    found : Search that is over;  spectrum : what it explains, without the model error
+    """
+    tested = tested_convention(found, spectrum)
+    if tested is None:
+        return None
     best, gain, tried = found.best, _gain(tested, found.base), [Explanation((), tested.fit, 0.0)]
     if gain > LEAST_MARGIN and all(one.is_rejected(found.settings.significance) for one in (best.fit, tested.fit)):
         tried += _with_one_cause(found, tested)
