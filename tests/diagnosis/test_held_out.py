@@ -190,7 +190,7 @@ def _without_held(work):
     every, held = work.spectrum, np.isin(work.spectrum.speed, HELD)
     base = fit(work.model, every.at_speeds(~held), work.prior)
     nothing = {frozenset(): Explanation((), base, 0.0)}
-    part = replace(work, spectrum=every.at_speeds(~held), base=base, found=nothing, models={}, shapes={})
+    part = replace(work, spectrum=every.at_speeds(~held), base=base, found=nothing)
     return part, every.at_speeds(held)
 
 
