@@ -102,7 +102,8 @@ def assemble(readings, conventions, nodes, time, label, keyphasor, marks, refere
     if len(kinds) > len(dict(kinds)):
         raise RotorstudyError(f"{where}: a node has channels of displacement and of its derivative; number them apart")
     if label is not None and not 0 < label < np.inf:
-        raise RotorstudyError(f"{where}: the stated speed is {label:g} rad/s; correct it, or leave it out")
+        said = f"the stated speed is {label:g} rad/s; it must be positive and finite"
+        raise RotorstudyError(f"{where}: {said}. Correct it, or leave it out")
     return RawRecord(time, channels, label, keyphasor, marks, reference, where, conventions)
 
 
