@@ -12,6 +12,7 @@ from rotorstudy.diagnosis.search import moves
 from rotorstudy.diagnosis.search import search as search_module
 from rotorstudy.diagnosis.search.candidates import candidate, candidates, with_shape
 from rotorstudy.diagnosis.search.explanations import Search
+from rotorstudy.diagnosis.search.form_by_law import with_other_laws
 from rotorstudy.diagnosis.search.form_fit import _Parameters
 from rotorstudy.diagnosis.search.odds import Explanation, odds_of
 from rotorstudy.diagnosis.search.parts import faults_of_several_parts
@@ -412,6 +413,17 @@ def with_a_mass(other, bow_rad, noise, off=0.0):
     pattern = off * np.resize([1, -1, 0.5, -0.5], len(SPEEDS))[:, None, None]
     found = found.with_amplitude(found.amplitude + pattern * (found.amplitude - plain.amplitude))
     return begin(model, with_model_error(found, settings), settings)
+
+
+def test_an_unbalance_that_a_mass_brings_is_no_fault_that_another_law_is_like():
+    """Alone it is one; a pair of the mass and a bow has no form of it. It was a KeyError."""
+    work = with_a_mass("unbalance", 1e-3, noise=1e-7)
+    chosen = [next(c for c in work.candidates if c.cause == n) for n in ("unbalance, node 2", "added_mass, node 2")]
+    bent = next(c for c in work.candidates if c.cause == "bow, element 1")
+    alone, both = work.explain(chosen[:1], {}), work.explain((*chosen, bent), {})
+    assert alone.named < both.named and not alone.faults < both.faults
+    weighed = with_other_laws(work).found
+    assert weighed[alone.kind].like == frozenset() and odds_of(weighed[alone.kind]) == odds_of(alone)
 
 
 @pytest.mark.parametrize("are_two", [True, False])

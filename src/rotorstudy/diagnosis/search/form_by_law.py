@@ -28,11 +28,16 @@ def with_other_laws(found: Search) -> Search:
     least = max(map(odds_of, every)) - WITHIN
     pairs = sorted((e for e in every if len(e.faults) == 2 and odds_of(e) > least), key=odds_of)
     for one in (e for e in every if len(e.faults) == 1):
-        like = [(odds_of(pair) + _relative_odds(found, pair, one), pair) for pair in pairs if one.named < pair.named]
+        like = [(odds_of(pair) + _relative_odds(found, pair, one), pair) for pair in pairs if _is_in(one, pair)]
         odds = [odds_of(one), *(log_odds for log_odds, _ in like)]
         most = like[int(np.argmax(odds[1:]))][1].named - one.named if like and max(odds) > odds[0] else frozenset()
         weighed[one.kind] = replace(one, log_posterior_odds=float(np.logaddexp.reduce(odds)), like=most)
     return replace(found, found=found.found | weighed)
+
+
+def _is_in(one, pair):
+    """Whether an explanation by one fault is a part of one by two; what another fault brings is no fault of its own."""
+    return one.named < pair.named and one.faults < pair.faults
 
 
 def _relative_odds(found, pair, one):
