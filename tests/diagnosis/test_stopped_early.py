@@ -3,6 +3,7 @@
 import signal
 from dataclasses import replace
 
+import numpy as np
 import pytest
 from machines import faulty, spectrum_of
 from one_line_errors import run
@@ -13,7 +14,7 @@ from rotorstudy import build_model
 from rotorstudy.commands.line import Terminated, main
 from rotorstudy.commands.shared import conclude
 from rotorstudy.diagnosis.search.explanations import Search
-from rotorstudy.diagnosis.search.search import begin, unsearched
+from rotorstudy.diagnosis.search.search import begin
 from rotorstudy.diagnosis.verdict.held_out import HeldOutMisfit
 from rotorstudy.diagnosis.verdict.hidden import with_hidden
 from rotorstudy.diagnosis.verdict.investigate import _best_sought, investigate
@@ -104,15 +105,19 @@ def test_limits_that_are_stopped_leave_the_verdict_and_those_found(monkeypatch, 
     assert conclude(verdict, "folder")[0] == 130
 
 
+def unsearched(begun):
+    """A Search that is over before any cause was fitted."""
+    stable = np.zeros(len(begun.spectrum.speed), bool)
+    return replace(begun, screened=begun.screen(begun.base, begun.candidates), unstable=stable)
+
+
 @pytest.mark.usefixtures("unrendered", "unhidden")
 def test_a_diagnosis_tells_its_progress_also_to_a_file(spectrum, tmp_path, capsys, command):
     """Unless it is asked to be quiet."""
     data, rig = spectrum
     arguments = ["diagnose", str(data), "--rig", str(rig), "--out", str(tmp_path / "out")]
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(
-            "rotorstudy.diagnosis.verdict.sought.search", lambda begun: replace(unsearched(begun), stopped=False)
-        )
+        patch.setattr("rotorstudy.diagnosis.verdict.sought.search", unsearched)
         capsys.readouterr()
         told = command(*arguments).err
         assert main([*arguments, "--quiet"]) == 0

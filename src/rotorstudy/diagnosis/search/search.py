@@ -100,12 +100,6 @@ def _nearer_without_causes(base, spectrum, forces):
     return found if found.cost < base.cost - 2 * LEAST_LOG_ODDS else None
 
 
-def unsearched(begun: Search) -> Search:
-    """A Search stopped before it began; of the candidates it says only how large they would have to be."""
-    stable = np.zeros(len(begun.spectrum.speed), bool)
-    return replace(begun, screened=begun.screen(begun.base, begun.candidates), unstable=stable, stopped=True)
-
-
 def search(begun: Search) -> Search:
     """A search carried out: explanations of a spectrum by up to `most_causes` faults.
 
